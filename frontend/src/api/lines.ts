@@ -16,6 +16,6 @@ export async function* jsonLines<Line>(answer: ReadableStream<BufferSource> | nu
       for (const line of lines) yield JSON.parse(line) as Line;
     }
   } finally {
-    await reader.cancel().catch(() => undefined); // the server need not go on for nobody
+    await reader.cancel().catch(() => undefined); // the server need not go on for no one
   }
 }

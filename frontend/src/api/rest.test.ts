@@ -1,5 +1,5 @@
 import { expect, test, vi } from "vitest";
-import { api, asCsv, Refusal, refusalText, told, Unreachable } from "./rest";
+import { api, asCsv, Refusal, refusalText, dataOf, Unreachable } from "./rest";
 
 /** Node has no page whose address would complete a path. */
 const baseUrl = "http://rig";
@@ -13,7 +13,7 @@ function server(answer: Response | Promise<Response>) {
 
 test("an E-STOP is on its way before anything else can run, and outlives the page", async () => {
   const asked = server(Response.json({ accepted: true }));
-  const answer = told(api.POST("/api/command", { baseUrl, keepalive: true, body: { request: "e_stop" } }));
+  const answer = dataOf(api.POST("/api/command", { baseUrl, keepalive: true, body: { request: "e_stop" } }));
   const { url, method, credentials, keepalive } = asked();
   expect([url, method, credentials, keepalive]).toEqual([
     "http://rig/api/command",
@@ -33,7 +33,7 @@ test("a file goes as it is", async () => {
 
 test("what the server refuses is raised in its words, with whether it stands in the log", async () => {
   server(Response.json({ detail: "sign in first" }, { status: 401 }));
-  const refused = await told(api.GET("/api/session", { baseUrl })).catch((error: unknown) => error);
+  const refused = await dataOf(api.GET("/api/session", { baseUrl })).catch((error: unknown) => error);
   expect(refused).toEqual(new Refusal(401, "sign in first", false));
   server(new Response("<html>", { status: 502, statusText: "Bad Gateway" }));
   await expect(api.POST("/api/lease", { baseUrl })).rejects.toMatchObject({

@@ -31,7 +31,7 @@ export function forgetAnswers(): void {
 }
 
 /** What the server answered; what it refuses has been raised already. */
-export async function told<T>(asked: Promise<{ data?: T }>): Promise<T> {
+export async function dataOf<T>(asked: Promise<{ data?: T }>): Promise<T> {
   return (await asked).data as T;
 }
 

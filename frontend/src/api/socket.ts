@@ -9,7 +9,7 @@ export interface SocketListener {
 }
 
 const FIRST_DELAY_MS = 100;
-const LONGEST_DELAY_MS = 1000;
+const RETRY_DELAY_MAX_MS = 1000;
 /** The server speaks at least once a second; a socket silent for longer than this is given up. */
 const SILENCE_MS = 4000;
 /** One that does not open in this time is given up, too: whatever lies between may answer the next. */
@@ -55,7 +55,7 @@ export class LiveSocket {
     if (this.socket) this.leave(this.socket);
   }
 
-  /** Connect anew, as another session: the one before ends. */
+  /** Connect again, as another session: the one before ends. */
   restart(): void {
     this.stop();
     this.start();
@@ -116,7 +116,7 @@ export class LiveSocket {
     this.timer = setTimeout(() => {
       this.connect();
     }, this.delay);
-    this.delay = Math.min(2 * this.delay, LONGEST_DELAY_MS);
+    this.delay = Math.min(2 * this.delay, RETRY_DELAY_MAX_MS);
   }
 }
 

@@ -28,7 +28,7 @@ import { Guide } from "./guide/Guide";
 import { Header } from "./Header";
 import { KeyHelp } from "./KeyHelp";
 import { RigPanel } from "./RigPanel";
-import { Wall } from "./Wall";
+import { WallDisplay } from "./WallDisplay";
 
 const SLOW_MS = 1500;
 /** Null until its code has come. */
@@ -79,7 +79,7 @@ function Bench() {
     <div className="bench">
       {view === "wall" ? (
         <Part name="Large numbers">
-          <Wall />
+          <WallDisplay />
         </Part>
       ) : (
         <Header />

@@ -3,7 +3,7 @@ import { PageStore } from "../live/page";
 import { isLocked, TouchLock } from "../operate/lock/lock";
 import { Operations } from "../operate/operations";
 import { EmergencyStop } from "../operate/stop/stop";
-import { Aim } from "../operate/target/target";
+import { TargetControl } from "../operate/target/targetControl";
 import { TwinTime } from "../operate/time/twinTime";
 import { focusOf, KeyMap, type Action } from "../operate/target/keys";
 import { Recorder } from "../recorder/recorder";
@@ -26,7 +26,7 @@ function says(data: unknown, word: "escape" | "moved" | "touched"): boolean {
 }
 
 function perform(action: Action, services: Services): void {
-  const [aim, page] = [services.get(Aim), services.get(PageStore)];
+  const [targetControl, page] = [services.get(TargetControl), services.get(PageStore)];
   switch (action.kind) {
     case "hold":
       services.get(Operations).holdByKey();
@@ -35,7 +35,7 @@ function perform(action: Action, services: Services): void {
       services.get(EmergencyStop).press();
       return;
     case "follow":
-      void aim.follow();
+      void targetControl.follow();
       return;
     case "record":
       void services.get(Recorder).toggle();
@@ -59,11 +59,12 @@ function perform(action: Action, services: Services): void {
       goToPanel(page, action.place);
       return;
     case "nudge":
-      if (!services.get(Drawing).nudge(action.dx, action.dy)) aim.nudge(action.dx, action.dy, action.fresh);
+      if (!services.get(Drawing).nudge(action.dx, action.dy))
+        targetControl.nudge(action.dx, action.dy, action.fresh);
       return;
     case "release":
       services.get(Drawing).settle();
-      aim.release();
+      targetControl.release();
       return;
   }
 }
@@ -105,7 +106,7 @@ export function hearKeys(services: Services): void {
   const hearFrame = (event: MessageEvent<unknown>) => {
     if (event.origin !== window.location.origin) return;
     if (says(event.data, "touched")) services.get(TouchLock).touched();
-    if (says(event.data, "moved")) services.get(Aim).abortGizmo();
+    if (says(event.data, "moved")) services.get(TargetControl).abortGizmo();
     if (says(event.data, "escape")) act(keyMap.press(ESCAPE, "widget", performance.now()));
   };
   window.addEventListener("keydown", hear, { capture: true });

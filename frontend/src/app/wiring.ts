@@ -15,7 +15,7 @@ import { TouchLock } from "../operate/lock/lock";
 import { isTouchScreen } from "../operate/lock/LockButton";
 import { Operations, type Notify } from "../operate/operations";
 import { EmergencyStop, stopByHttp, watchLatch } from "../operate/stop/stop";
-import { Aim } from "../operate/target/target";
+import { TargetControl } from "../operate/target/targetControl";
 import { TwinTime } from "../operate/time/twinTime";
 import { Gamepads } from "../operate/target/gamepads";
 import { Layers } from "../plan/layers";
@@ -26,11 +26,11 @@ import { keepRecord, Runs } from "../runs/runs";
 import { RunTrace } from "../runs/trace";
 import { Painters } from "../ui/painters";
 import { Services } from "../ui/services";
-import type { Shelf } from "../ui/shelf";
+import type { PageStorage } from "../ui/storage";
 import { Ticker } from "../ui/ticker";
 
 /** Everything behind the page, wired once. */
-export function wire(notify: Notify, shelf: Shelf): Services {
+export function wire(notify: Notify, storage: PageStorage): Services {
   const services = new Services();
   const [live, page] = [new Live(), new PageStore()];
   const socket = new LiveSocket(socketUrl(window.location, "/ws/live"));
@@ -50,11 +50,11 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     later: (action, delay) => setTimeout(action, delay),
   });
   watchLatch(stop, page);
-  const aim = new Aim(live, page, operations, socket);
-  const lock = new TouchLock(page, shelf, {
+  const targetControl = new TargetControl(live, page, operations, socket);
+  const lock = new TouchLock(page, storage, {
     now: () => Date.now(),
     isTouched: isTouchScreen,
-    isHeld: () => aim.held,
+    isHeld: () => targetControl.held,
   });
   const alarms = new Alarms(page, operations);
   const references = new References(page, operations);
@@ -67,16 +67,16 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     trace.look(now);
   });
   new Planner(drawing.store, page);
-  keepRecord(runs, shelf);
-  keepProfile(page, shelf);
+  keepRecord(runs, storage);
+  keepProfile(page, storage);
   const lost = (why: string) => {
     notify("warning", "A reload will lose the drawing", `${why}: save it on the server, or simplify it`);
   };
-  if (keepDrawing(drawing, shelf, lost)) drawing.chooseSource("drawing");
+  if (keepDrawing(drawing, storage, lost)) drawing.chooseSource("drawing");
   const connection = new Connection(live, page, socket, {
-    answered: aim.answered.bind(aim),
+    answered: targetControl.answered.bind(targetControl),
     stopAnswered: stop.answered.bind(stop),
-    disconnected: aim.disconnected.bind(aim),
+    disconnected: targetControl.disconnected.bind(targetControl),
     met: () => {
       void alarms.learn();
       void references.learn();
@@ -94,7 +94,7 @@ export function wire(notify: Notify, shelf: Shelf): Services {
     painters,
     ticker,
     stop,
-    aim,
+    targetControl,
     lock,
     alarms,
     references,
@@ -107,12 +107,12 @@ export function wire(notify: Notify, shelf: Shelf): Services {
   services.add(
     connection,
     new Recorder(page, operations),
-    new Layers(shelf),
+    new Layers(storage),
     new TwinTime(page, operations),
-    new Notices(page, shelf),
+    new Notices(page, storage),
     new Commissioning(page),
     new RigFileEditor(),
-    new Gamepads({ aim, live, page, operations, ticker }),
+    new Gamepads({ targetControl, live, page, operations, ticker }),
   );
   return services;
 }

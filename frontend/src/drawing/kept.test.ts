@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Point } from "../api/types";
-import type { Shelf } from "../ui/shelf";
+import type { PageStorage } from "../ui/storage";
 import { bodyOf, Drawing, sketchOf } from "./drawing";
 import { CHARACTERS_MAX, keepDrawing, KEY, parseKept } from "./kept";
 import { pieceOf } from "./piece";
@@ -8,7 +8,7 @@ import { pieceOf } from "./piece";
 const line: Point[] = [[0.1, 0.1], [0.12, 0.1], [0.12, 0.12]]; // prettier-ignore
 
 /** A browser's storage; `room` in characters. */
-function shelfOf(texts: Map<string, string>, room = Infinity): Shelf {
+function shelfOf(texts: Map<string, string>, room = Infinity): PageStorage {
   return {
     getItem: (key) => texts.get(key) ?? null,
     removeItem: (key) => texts.delete(key),
@@ -20,9 +20,9 @@ function shelfOf(texts: Map<string, string>, room = Infinity): Shelf {
 }
 
 /** A page that is loaded in a browser with this storage. */
-function visit(shelf: Shelf, lost: (why: string) => void = () => undefined): Drawing {
+function visit(storage: PageStorage, lost: (why: string) => void = () => undefined): Drawing {
   const drawing = new Drawing();
-  keepDrawing(drawing, shelf, lost);
+  keepDrawing(drawing, storage, lost);
   return drawing;
 }
 

@@ -1,5 +1,5 @@
 import type { Point } from "../api/types";
-import { quietly, type Shelf } from "../ui/shelf";
+import { quietly, type PageStorage } from "../ui/storage";
 import type { Drawing, Kept, Manner, Sketch, Timing } from "./drawing";
 import type { Piece, Placement } from "./piece";
 
@@ -11,8 +11,8 @@ export const CHARACTERS_MAX = 2_000_000;
  * Bring back the drawing of the last visit, and keep every change that counts from now on. True if something is drawn.
  * `lost` hears, once for each drawing, why a reload will not bring it back.
  */
-export function keepDrawing(drawing: Drawing, shelf: Shelf, lost: (why: string) => void): boolean {
-  const last = quietly(() => parseKept(shelf.getItem(KEY) ?? ""));
+export function keepDrawing(drawing: Drawing, storage: PageStorage, lost: (why: string) => void): boolean {
+  const last = quietly(() => parseKept(storage.getItem(KEY) ?? ""));
   if (last) drawing.restore(last);
   let shown = keptOf(drawing);
   let told = "";
@@ -21,7 +21,7 @@ export function keepDrawing(drawing: Drawing, shelf: Shelf, lost: (why: string) 
     const now = keptOf(drawing);
     if (now.sketch === shown.sketch && now.manner === shown.manner && now.name === shown.name) return;
     shown = now;
-    const why = put(shelf, JSON.stringify(now));
+    const why = put(storage, JSON.stringify(now));
     if (why !== "" && told === "") lost(why);
     told = why;
   });
@@ -49,14 +49,14 @@ function keptOf(drawing: Drawing): Kept {
 }
 
 /** Keep the drawing, or say why not: one that cannot be kept must not bring back an older one. */
-function put(shelf: Shelf, text: string): string {
+function put(storage: PageStorage, text: string): string {
   quietly(() => {
-    shelf.removeItem(KEY);
+    storage.removeItem(KEY);
   });
   if (text.length > CHARACTERS_MAX)
     return `It takes ${text.length} characters, more than the ${CHARACTERS_MAX} that the page keeps`;
   const kept = quietly(() => {
-    shelf.setItem(KEY, text);
+    storage.setItem(KEY, text);
     return true;
   });
   return kept ? "" : "This browser has no room for it";

@@ -1,4 +1,4 @@
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { DrawingBody } from "../api/types";
 import type { Page } from "../live/page";
 import { textOf } from "../ui/format";
@@ -7,7 +7,7 @@ import { bodyOf, sketchOf, type DrawingState } from "./drawing";
 
 /** Who plans, and the clock: tests have others. */
 const server = {
-  plan: (body: DrawingBody) => told(api.POST("/api/drawings/plan", { body })),
+  plan: (body: DrawingBody) => dataOf(api.POST("/api/drawings/plan", { body })),
   later: (action: () => void, delay: number): unknown => setTimeout(action, delay),
 };
 
@@ -31,7 +31,7 @@ export class Planner {
     });
   }
 
-  /** Ask anew when the drawing, the rig or its limits have changed. */
+  /** Ask again when the drawing, the rig or its limits have changed. */
   private look(): void {
     const inputs = planInputs(this.drawing.get(), this.page.get());
     if (isSame(inputs, this.wanted)) return;

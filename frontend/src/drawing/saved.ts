@@ -1,4 +1,4 @@
-import { api, named, told } from "../api/rest";
+import { api, named, dataOf } from "../api/rest";
 import type { DrawingInfo } from "../api/types";
 import type { Operations } from "../operate/operations";
 import { Store } from "../ui/store";
@@ -20,7 +20,7 @@ export class SavedDrawings {
 
   async learn(): Promise<void> {
     await this.operations.attempt("Drawings not listed", async () => {
-      this.store.patch({ list: await told(api.GET("/api/drawings")) });
+      this.store.patch({ list: await dataOf(api.GET("/api/drawings")) });
     });
   }
 
@@ -36,7 +36,7 @@ export class SavedDrawings {
 
   async load(name: string): Promise<void> {
     await this.operations.attempt("Drawing not loaded", async () => {
-      this.drawing.load(await told(api.GET("/api/drawings/{name}", named(name))));
+      this.drawing.load(await dataOf(api.GET("/api/drawings/{name}", named(name))));
     });
   }
 

@@ -10,7 +10,7 @@ import type { Problem } from "./problem";
 import { RigFileEditor, standing } from "./rigFile";
 
 /** The file may also be changed by other pages, and by programs on the server [ms]. */
-const LOOK_MS = 3000;
+const REFRESH_MS = 3000;
 
 /** The rig file in an editor; it is saved while the rig is vented, which starts the rig with it. */
 export function RigFilePanel() {
@@ -78,7 +78,7 @@ function useLearned(): RigFileEditor {
     void operations.attempt("Rig file not known", () => editor.learn());
     const timer = setInterval(() => {
       if (document.visibilityState === "visible") editor.learn().catch(() => undefined); // the connection tells of it
-    }, LOOK_MS);
+    }, REFRESH_MS);
     return () => {
       clearInterval(timer);
     };

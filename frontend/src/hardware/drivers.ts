@@ -1,4 +1,4 @@
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { components } from "../api/schema";
 import { DASH, milliseconds, percent, plain, wholeNumber } from "../ui/format";
 
@@ -6,7 +6,7 @@ export type DriverStatus = components["schemas"]["DriverStatus"];
 type DriverState = DriverStatus["state"];
 
 /** How each of the rig's devices fares, now. */
-export const readDrivers = async () => (await told(api.GET("/api/drivers"))).drivers;
+export const readDrivers = async () => (await dataOf(api.GET("/api/drivers"))).drivers;
 
 export const ROLE_WORD: Record<DriverStatus["role"], string> = {
   motion_capture: "Motion capture",

@@ -1,4 +1,4 @@
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { components } from "../api/schema";
 import { keep } from "../live/page";
 import { textOf } from "../ui/format";
@@ -33,8 +33,8 @@ export class RigFileEditor {
   /** Read what lies on the disk, and what came of the last start with it; a draft stays. */
   async learn(): Promise<void> {
     const [disk, { failure }] = await Promise.all([
-      told(api.GET("/api/rig-file")),
-      told(api.GET("/api/rig/actuator")),
+      dataOf(api.GET("/api/rig-file")),
+      dataOf(api.GET("/api/rig/actuator")),
     ]);
     const before = this.store.get();
     this.store.patch({ disk: keep(before.disk, disk), failure });
@@ -59,7 +59,7 @@ export class RigFileEditor {
     this.store.patch({ saving: true, problem: null });
     try {
       await api.PUT("/api/rig-file", { body: { text: draft } });
-      if (this.store.get().draft === draft) this.store.patch({ base: null }); // else somebody typed on meanwhile
+      if (this.store.get().draft === draft) this.store.patch({ base: null }); // else someone typed on meanwhile
       await this.learn();
     } catch (error) {
       this.store.patch({ problem: problemOf(textOf(error), draft) });

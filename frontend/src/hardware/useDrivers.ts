@@ -4,7 +4,7 @@ import { textOf } from "../ui/format";
 import { useTick } from "../ui/ticker";
 import { readDrivers, type DriverStatus } from "./drivers";
 
-const LOOKS_PER_S = 2;
+const REFRESH_HZ = 2;
 
 /** The newest looks at the drivers, and why there is none. */
 export interface DriversSeen {
@@ -13,11 +13,11 @@ export interface DriversSeen {
 }
 
 /** Looks at the drivers while who asks is shown; the browser draws no frames of a page that is not in sight. */
-export function useDrivers(looksPerS = LOOKS_PER_S): DriversSeen {
+export function useDrivers(refreshHz = REFRESH_HZ): DriversSeen {
   const [seen, setSeen] = useState<DriversSeen>({ drivers: [], problem: "" });
   const shown = usePage((page) => page.online && page.view === "live");
   const asking = useRef(false);
-  useTick(looksPerS, () => {
+  useTick(refreshHz, () => {
     if (!shown || asking.current) return;
     asking.current = true;
     readDrivers()

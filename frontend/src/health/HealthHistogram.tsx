@@ -5,8 +5,8 @@ const WIDTH = 260;
 const HEIGHT = 92;
 const FLOOR = 76;
 const LEFT = 4;
-const FIRST = 1e-6;
-const LAST = 1e-1;
+const LATENESS_MIN_S = 1e-6;
+const LATENESS_MAX_S = 1e-1;
 const TICK_S = 1e-3;
 const MARKS = [
   [1e-6, "1 µs"],
@@ -18,7 +18,9 @@ const MARKS = [
 
 /** Place of a lateness [s] on the logarithmic axis. */
 function across(lateness: number): number {
-  const share = Math.log10(Math.max(lateness, FIRST) / FIRST) / Math.log10(LAST / FIRST);
+  const share =
+    Math.log10(Math.max(lateness, LATENESS_MIN_S) / LATENESS_MIN_S) /
+    Math.log10(LATENESS_MAX_S / LATENESS_MIN_S);
   return LEFT + Math.min(1, share) * (WIDTH - 2 * LEFT);
 }
 
@@ -39,7 +41,12 @@ export function HealthHistogram({ loop }: { readonly loop: LoopHealth | null }) 
         {lateness ? <Quantile at={lateness.p99} name="p99" anchor="start" /> : null}
         <line className="axis" x1={LEFT} x2={WIDTH - LEFT} y1={FLOOR} y2={FLOOR} />
         {MARKS.map(([at, label]) => (
-          <text key={label} x={across(at)} y={HEIGHT - 3} textAnchor={at === FIRST ? "start" : "middle"}>
+          <text
+            key={label}
+            x={across(at)}
+            y={HEIGHT - 3}
+            textAnchor={at === LATENESS_MIN_S ? "start" : "middle"}
+          >
             {label}
           </text>
         ))}

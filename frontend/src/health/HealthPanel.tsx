@@ -1,6 +1,6 @@
 import { Tooltip } from "@mantine/core";
 import { useEffect, useState } from "react";
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { LoopHealth } from "../api/types";
 import { Live } from "../live/live";
 import { usePage } from "../live/page";
@@ -12,7 +12,7 @@ import { HealthHistogram } from "./HealthHistogram";
 import { HealthLimits } from "./HealthLimits";
 import { GradeWord } from "./HealthReading";
 
-const PERIOD_MS = 1000;
+const REFRESH_MS = 1000;
 const POWERS = ["damping", "pressures", "observer", "constraints"] as const;
 
 interface Line {
@@ -44,7 +44,7 @@ export function HealthPanel() {
     { measure: "roundTrip", value: live.roundTrip },
     { measure: "rigLink", value: alive ? link : NaN },
     { measure: "commandAge", value: read("server_age") },
-    { measure: "presenceAge", value: held ? read("operator_age") : NaN, also: held ? "" : "nobody operates" },
+    { measure: "presenceAge", value: held ? read("operator_age") : NaN, also: held ? "" : "no one operates" },
     { measure: "measurementAge", value: read("measurement_age") },
     { measure: "residual", value: read("residual") },
     { measure: "pressureLag", value: loop?.pressure?.filling ?? NaN, also: lag(loop) },
@@ -132,10 +132,10 @@ function useLoopHealth(): LoopHealth | null {
   useEffect(() => {
     let shown = true;
     const ask = async () => {
-      const answer = await told(api.GET("/api/health/loop")).catch(() => null);
+      const answer = await dataOf(api.GET("/api/health/loop")).catch(() => null);
       if (shown) setHealth(answer);
     };
-    const timer = setInterval(() => void ask(), PERIOD_MS);
+    const timer = setInterval(() => void ask(), REFRESH_MS);
     void ask();
     return () => {
       shown = false;

@@ -1,4 +1,4 @@
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { AlarmLimits } from "../api/types";
 import type { Page } from "../live/page";
 import type { Operations } from "../operate/operations";
@@ -25,7 +25,7 @@ export class Alarms {
 
   private async take(title: string, asked: Promise<{ data?: AlarmLimits }>): Promise<void> {
     await this.operations.attempt(title, async () => {
-      this.page.patch({ alarms: await told(asked) });
+      this.page.patch({ alarms: await dataOf(asked) });
     });
   }
 }

@@ -54,7 +54,7 @@ test("a status that was read before an answer takes nothing back when it comes a
   expect(listener.leaseChanged).toHaveBeenCalledWith(false, "");
 });
 
-test("another server's clock begins anew", async () => {
+test("another server's clock begins again", async () => {
   const { page, say, status } = connected();
   await answered(1e6);
   const session = { name: "ivy", role: "operator", unprotected: false, lease: FREE };

@@ -1,4 +1,4 @@
-import { api, forgetAnswers, isOutdated, Refusal, told } from "../api/rest";
+import { api, forgetAnswers, isOutdated, Refusal, dataOf } from "../api/rest";
 import { LayoutError, type LiveSocket } from "../api/socket";
 import type { FromServer, Health, Session } from "../api/types";
 import { asCause, asMode } from "./modes";
@@ -22,9 +22,9 @@ export interface ConnectionListener {
   disconnected(): void;
   /** A rig was met, or another start of it. */
   met(): void;
-  /** I operate now, or no longer do; nobody asked for it here. */
+  /** I operate now, or no longer do; no one asked for it here. */
   leaseChanged(mine: boolean, holder: string): void;
-  /** The connection is back, and I operate no longer; "" for `holder` where nobody does. */
+  /** The connection is back, and I operate no longer; "" for `holder` where no one does. */
   leaseLost(holder: string): void;
   failed(title: string, error: unknown): void;
 }
@@ -118,7 +118,7 @@ export class Connection {
   /** Connect as the session of this browser's cookie; a socket of the session before, from another tab, ends. */
   private async enter(): Promise<void> {
     try {
-      const session = await told(api.GET("/api/session"));
+      const session = await dataOf(api.GET("/api/session"));
       const { session: before, me } = this.page.get();
       this.page.patch({ session: "present", me: mine(session) });
       if (before === "present" && (me.name !== session.name || me.role !== session.role))
@@ -236,7 +236,7 @@ export class Connection {
 
   private async learnReach(): Promise<void> {
     try {
-      this.page.patch({ workspace: await told(api.GET("/api/workspace")) });
+      this.page.patch({ workspace: await dataOf(api.GET("/api/workspace")) });
     } catch (error) {
       this.listener.failed("Reach not known", error);
     }

@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import { OnTime } from "./onTime";
 import { Trail } from "./trail";
 
-test("the on-time share counts the last minute and starts anew with the rig", () => {
+test("the on-time share counts the last minute and starts again with the rig", () => {
   const meter = new OnTime();
   for (let s = 0; s <= 100; s++) meter.add(1000 * s, s <= 20 ? 10 * s : 200, s);
   expect(meter.share()).toBe(1);

@@ -53,7 +53,7 @@ export class Live {
     return { type: "plots", channels: known.map((place) => channels[place].key), since: this.ring.since };
   }
 
-  /** The rig lives anew: its clock and counters say nothing about the ones before. */
+  /** The rig lives again: its clock and counters say nothing about the ones before. */
   forget(): void {
     this.ring.clear();
     this.trail.clear();

@@ -36,12 +36,12 @@ export function clearing(mode: Mode): string {
   return mode === MODE.E_STOP ? "Clear E-STOP" : "Clear fault";
 }
 
-/** The cause of what somebody asked for. */
+/** The cause of what someone asked for. */
 const ASKED_FOR: Cause = 1;
 
 export const CAUSE_TEXT: Record<Cause, string> = {
   0: "",
-  1: "asked for by somebody",
+  1: "asked for by someone",
   2: "rig started",
   3: "operator's page was gone",
   4: "no server",

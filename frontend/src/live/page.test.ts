@@ -7,7 +7,7 @@ test("a status that repeats itself keeps its object, so that controls do not ren
   expect(keep(old, { K_P: [1, 3] })).not.toBe(old);
 });
 
-test("a log that is told anew adds only what was missed, newest first", () => {
+test("a log that is told again adds only what was missed, newest first", () => {
   const event = (time: string, text: string) => ({ type: "event", level: "info", time, text, subject: "", count: 1 }) as const; // prettier-ignore
   const first = event("2026-01-01T10:00:00.100000Z", "arm");
   const local = event("2026-01-01T10:00:01.000Z", "no answer");

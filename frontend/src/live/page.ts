@@ -41,7 +41,7 @@ export interface LogLine extends Event {
 /** Everything that React controls show. It changes at human speed; the 60 Hz stream is in `Live`. */
 export interface Page {
   readonly view: "live" | "review" | "wall";
-  /** Only the stops act until somebody unlocks the page. */
+  /** Only the stops act until someone unlocks the page. */
   readonly locked: boolean;
   /** The list of keys is open. */
   readonly help: boolean;
@@ -56,7 +56,7 @@ export interface Page {
   /** Why the server does not take this page in, "" where it does or does not answer. */
   readonly shutOut: string;
   readonly rigLive: boolean;
-  /** Actuator with which the rig was told to start; "" once it is seen, and where nobody asked for another. */
+  /** Actuator with which the rig was told to start; "" once it is seen, and where no one asked for another. */
   readonly starting: string;
   /** My session's name and role, and whether others can read along. */
   readonly me: Omit<Session, "lease">;
@@ -161,7 +161,7 @@ export const EMPTY_PAGE: Page = {
 const LOG_KEPT = 1000;
 let lines = 0;
 
-/** The log with these lines too, newest first. A server that tells its log anew adds only what was missed. */
+/** The log with these lines too, newest first. A server that tells its log again adds only what was missed. */
 export function withLines(log: readonly LogLine[], events: readonly Event[]): readonly LogLine[] {
   const known = new Set(log.map(identity));
   const fresh = events.filter((event) => !known.has(identity(event)));

@@ -2,7 +2,7 @@ import { Button, Tooltip, VisuallyHidden, type ButtonProps } from "@mantine/core
 import { useEffect, useId, useState, type ReactNode } from "react";
 import { useWhyNot, type Control } from "./permission";
 
-/** How long a button that took another one's place takes no press: so soon nobody has read it [ms]. */
+/** How long a button that took another one's place takes no press: so soon no one has read it [ms]. */
 const UNREAD_MS = 500;
 
 interface Props extends Omit<ButtonProps, "disabled"> {

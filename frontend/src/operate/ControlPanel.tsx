@@ -9,7 +9,7 @@ import { Operations } from "./operations";
 import { isPaused, useWhyNot, type Control } from "./permission";
 import { SettingField } from "./SettingField";
 import { limits, SCALARS } from "./settings";
-import { Aim } from "./target/target";
+import { TargetControl } from "./target/targetControl";
 import { TwinTimeRow } from "./time/TwinTimeRow";
 
 interface Step {
@@ -56,13 +56,13 @@ function advice(page: Page): string {
 
 /** Arm, follow, hold, disarm, clear; how a target is followed; the name of the next recording. */
 export function ControlPanel() {
-  const aim = useService(Aim);
+  const targetControl = useService(TargetControl);
   const operations = useService(Operations);
   const page = useService(PageStore);
   const text = usePage(advice);
   const name = usePage((page) => page.recordingName);
   const run = (request: CommandBody["request"]) => {
-    void (request === "follow" ? aim.follow() : operations.command({ request }));
+    void (request === "follow" ? targetControl.follow() : operations.command({ request }));
   };
   return (
     <div className="panel">
@@ -146,7 +146,7 @@ function Limit({ settings, name, title }: LimitProps) {
 
 /** Held clutch, and the gamepad that is heard. */
 function FollowHand() {
-  const aim = useService(Aim);
+  const targetControl = useService(TargetControl);
   const clutch = usePage((page) => page.lease.clutch);
   const gamepad = usePage((page) => page.gamepad);
   const reason = useWhyNot("settings");
@@ -159,7 +159,7 @@ function FollowHand() {
           data-testid="clutch"
           checked={clutch}
           disabled={reason !== null}
-          onChange={(event) => void aim.setClutch(event.currentTarget.checked)}
+          onChange={(event) => void targetControl.setClutch(event.currentTarget.checked)}
         />
       </Tooltip>
       <span className="note" data-testid="gamepad">

@@ -5,7 +5,7 @@ import { useService } from "../ui/services";
 import { ControlButton } from "./ControlButton";
 import { Operations } from "./operations";
 import { isPaused, type Control } from "./permission";
-import { Aim } from "./target/target";
+import { TargetControl } from "./target/targetControl";
 import { TwinTime } from "./time/twinTime";
 
 /** The actions that lead on, one for each state. */
@@ -42,7 +42,11 @@ const TEST_ID: Record<Primary, string> = {
 
 /** The one filled button of the page, always in the same place: take control, clear, arm, follow, hold. */
 export function PrimaryAction() {
-  const [operations, aim, time] = [useService(Operations), useService(Aim), useService(TwinTime)];
+  const [operations, targetControl, time] = [
+    useService(Operations),
+    useService(TargetControl),
+    useService(TwinTime),
+  ];
   const primary = usePage(primaryOf);
   const words = usePage(({ mode }) => (mode !== null && isLatched(mode) ? clearing(mode) : "Clear"));
   const label: Record<Primary, ReactNode> = {
@@ -57,7 +61,7 @@ export function PrimaryAction() {
     take: () => operations.takeLease(),
     clear: () => operations.command({ request: "clear" }),
     arm: () => operations.command({ request: "arm" }),
-    follow: () => aim.follow(),
+    follow: () => targetControl.follow(),
     hold: () => operations.command({ request: "hold" }),
     time: () => time.toggle(),
   };

@@ -15,7 +15,7 @@ import { usePage } from "../live/page";
 import { isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../live/modes";
 import { isPaused } from "./permission";
 
-const LOOK: Record<Mode, { icon: Icon; colour: string }> = {
+const APPEARANCE: Record<Mode, { icon: Icon; colour: string }> = {
   0: { icon: IconWind, colour: "grey" },
   1: { icon: IconLock, colour: "blue" },
   2: { icon: IconArrowsMove, colour: "green" },
@@ -36,7 +36,7 @@ export function StatePill() {
   if (mode === null || !online || !rigLive)
     return <Unknown mode={mode} word={!online ? "NO LINK" : starting ? "STARTING" : "NO RIG"} />;
   if (paused) return <Paused mode={mode} />;
-  const { icon: Glyph, colour } = LOOK[mode];
+  const { icon: Glyph, colour } = APPEARANCE[mode];
   const meaning = why === "" ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${why})`;
   return (
     <output
@@ -86,7 +86,7 @@ function Unknown({ mode, word }: UnknownProps) {
   );
 }
 
-/** A cause that nobody asked for, or that latches. */
+/** A cause that no one asked for, or that latches. */
 export function Cause() {
   const mode = usePage(({ mode, online, rigLive }) => (online && rigLive ? mode : null));
   const cause = usePage((page) => page.cause);

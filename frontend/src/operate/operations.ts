@@ -1,4 +1,4 @@
-import { api, Refusal, told } from "../api/rest";
+import { api, Refusal, dataOf } from "../api/rest";
 import type { CommandBody, Event, Lease, Settings } from "../api/types";
 import { keep, withLines, type Page } from "../live/page";
 import { textOf } from "../ui/format";
@@ -82,7 +82,7 @@ export class Operations {
   private async pass(title: string, asked: Promise<{ data?: Lease }>): Promise<void> {
     this.passing += 1;
     await this.attempt(title, async () => {
-      this.page.patch({ lease: await told(asked) });
+      this.page.patch({ lease: await dataOf(asked) });
     });
     this.passing -= 1;
   }
@@ -90,7 +90,7 @@ export class Operations {
   /** Held clutch: letting go of the target holds the rig. */
   async setClutch(clutch: boolean): Promise<void> {
     await this.attempt("Clutch not changed", async () => {
-      this.page.patch({ lease: await told(api.PATCH("/api/lease", { body: { clutch } })) });
+      this.page.patch({ lease: await dataOf(api.PATCH("/api/lease", { body: { clutch } })) });
     });
   }
 
@@ -99,7 +99,7 @@ export class Operations {
     const send = async () => {
       const { settings: before } = this.page.get();
       const changes = typeof change !== "function" ? change : before ? change(before) : {};
-      const settings = await told(api.PATCH("/api/settings", { body: { changes } }));
+      const settings = await dataOf(api.PATCH("/api/settings", { body: { changes } }));
       this.page.patch({ settings: keep(this.page.get().settings, settings) });
     };
     return this.attemptInTurn(title, send);

@@ -81,7 +81,7 @@ test("a viewer's token takes nothing by itself, but may ask; an operator's may t
   expect([whyNot("edit", { ...free, role: "viewer" }), whyNot("edit", free)]).toEqual([looking, null]);
   expect([whyNot("ask", { ...held, role: "viewer" }), whyNot("ask", free)]).toEqual([
     null,
-    "Nobody operates",
+    "No one operates",
   ]);
   expect([whyNot("take_over", held), whyNot("take_over", { ...held, role: "viewer" })]).toEqual([null, looking]); // prettier-ignore
   expect(allowed({ ...operating, role: "viewer" }), "an operator handed it over").toEqual(allowed(operating));

@@ -24,7 +24,7 @@ export interface Situation {
   readonly paused: boolean;
   /** A macro runs. */
   readonly macro: boolean;
-  /** Nobody touched the page for as long as its user chose. */
+  /** No one touched the page for as long as its user chose. */
   readonly locked: boolean;
 }
 
@@ -92,7 +92,7 @@ function whyNotTake(now: Situation): string | null {
 
 function whyNotGet(control: "take_over" | "ask", now: Situation): string | null {
   if (now.mine) return "You operate already";
-  if (!now.held) return "Nobody operates";
+  if (!now.held) return "No one operates";
   return control === "ask" ? null : whyNotByRole(now);
 }
 

@@ -6,7 +6,7 @@ import { primaryOf, type Primary } from "./PrimaryAction";
 const mine = { ...EMPTY_PAGE.lease, held: true, mine: true };
 const theirs = { ...EMPTY_PAGE.lease, held: true, holder: "Mole" };
 
-test("one action leads on from every state, and nobody moves anything without control", () => {
+test("one action leads on from every state, and no one moves anything without control", () => {
   const expected: [keyof typeof MODE, Primary][] = [
     ["VENTED", "arm"],
     ["HOLD", "follow"],
@@ -26,7 +26,7 @@ test("one action leads on from every state, and nobody moves anything without co
   expect(primaryOf({ ...EMPTY_PAGE, lease: mine, mode: null })).toBe("arm");
 });
 
-test("while the twin is paused its operator continues, and nobody else is offered that", () => {
+test("while the twin is paused its operator continues, and no one else is offered that", () => {
   const health = {
     rig_connected: true,
     rig_age: 0,

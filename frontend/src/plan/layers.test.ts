@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import { Layers } from "./layers";
 
-function shelf(kept: string | null) {
+function storage(kept: string | null) {
   const texts = new Map(kept === null ? [] : [["tendril-plan-hidden", kept]]);
   return {
     texts,
@@ -11,7 +11,7 @@ function shelf(kept: string | null) {
 }
 
 test("a layer that is switched off is off on the next visit, and comes back", () => {
-  const browser = shelf(null);
+  const browser = storage(null);
   const layers = new Layers(browser);
   layers.toggle("twin");
   layers.toggle("reach");
@@ -21,7 +21,7 @@ test("a layer that is switched off is off on the next visit, and comes back", ()
 });
 
 test("what another version has kept, or a browser that keeps nothing, hides nothing else", () => {
-  expect([...new Layers(shelf("target twin nonsense")).store.get().hidden]).toEqual(["twin"]);
+  expect([...new Layers(storage("target twin nonsense")).store.get().hidden]).toEqual(["twin"]);
   const closed = () => {
     throw new Error("no storage");
   };

@@ -1,4 +1,4 @@
-import { quietly, type Shelf } from "../ui/shelf";
+import { quietly, type PageStorage } from "../ui/storage";
 import { useService } from "../ui/services";
 import { Store, useStore } from "../ui/store";
 
@@ -13,8 +13,8 @@ const KEY = "tendril-plan-hidden";
 export class Layers {
   readonly store: Store<{ hidden: Hidden }>;
 
-  constructor(private readonly shelf: Pick<Shelf, "getItem" | "setItem">) {
-    const kept = quietly(() => shelf.getItem(KEY))?.split(" ") ?? [];
+  constructor(private readonly storage: Pick<PageStorage, "getItem" | "setItem">) {
+    const kept = quietly(() => storage.getItem(KEY))?.split(" ") ?? [];
     this.store = new Store<{ hidden: Hidden }>({
       hidden: new Set(LAYERS.filter((layer) => kept.includes(layer))),
     });
@@ -26,7 +26,7 @@ export class Layers {
     const next = new Set(LAYERS.filter((one) => hidden.has(one) !== (one === layer)));
     this.store.patch({ hidden: next });
     quietly(() => {
-      this.shelf.setItem(KEY, [...next].join(" "));
+      this.storage.setItem(KEY, [...next].join(" "));
     });
   }
 }

@@ -2,7 +2,7 @@ import type { Point, Workspace } from "../api/types";
 import { Drawing } from "../drawing/drawing";
 import { Live } from "../live/live";
 import { PageStore } from "../live/page";
-import { Aim } from "../operate/target/target";
+import { TargetControl } from "../operate/target/targetControl";
 import { Runs } from "../runs/runs";
 import { RunTrace } from "../runs/trace";
 import { INK, type Scheme } from "../ui/colours";
@@ -64,7 +64,7 @@ export class Plan implements PlanSurface {
   private seen = true;
   private readonly figure = new FigureLayer();
   private readonly canvas: HTMLCanvasElement;
-  private readonly aim: Aim;
+  private readonly targetControl: TargetControl;
   private readonly drawn: Drawing;
   private readonly live: Live;
   private readonly page: PageStore;
@@ -75,7 +75,7 @@ export class Plan implements PlanSurface {
     private readonly services: Services,
     private readonly canvases: Canvases,
   ) {
-    this.aim = services.get(Aim);
+    this.targetControl = services.get(TargetControl);
     this.drawn = services.get(Drawing);
     this.live = services.get(Live);
     this.page = services.get(PageStore);
@@ -91,7 +91,7 @@ export class Plan implements PlanSurface {
       this.resized({ width: entry.contentRect.width, height: entry.contentRect.height });
     });
     sizes.observe(this.canvas);
-    const pointer = new PlanPointer(this.canvas, this, this.aim);
+    const pointer = new PlanPointer(this.canvas, this, this.targetControl);
     const listening = new AbortController();
     // A canvas that the browser took away comes back empty.
     for (const canvas of [this.canvases.paper, this.canvases.sketch, this.canvases.figure])
@@ -199,12 +199,12 @@ export class Plan implements PlanSurface {
   }
 
   private paintFigure(): void {
-    const { aim, live, page } = this;
+    const { targetControl, live, page } = this;
     const { telemetry, trail, frames } = live;
     if (!telemetry) return;
     const now = performance.now();
     const width = page.get().rig?.parameters.actuator.width ?? BODY_WIDTH_M;
-    const figure = { telemetry, trail, frames, width, handle: aim.handle(now), now: now / 1e3 };
+    const figure = { telemetry, trail, frames, width, handle: targetControl.handle(now), now: now / 1e3 };
     this.figure.paint(this.look, figure, () => this.sheet(this.canvas));
   }
 

@@ -1,5 +1,5 @@
 import { Live } from "../live/live";
-import { Aim } from "../operate/target/target";
+import { TargetControl } from "../operate/target/targetControl";
 import type { Services } from "../ui/services";
 import type { Plan } from "./plan";
 
@@ -24,7 +24,7 @@ declare global {
 }
 
 export function publishProbe(services: Services, plan: Plan): void {
-  const [aim, live] = [services.get(Aim), services.get(Live)];
+  const [targetControl, live] = [services.get(TargetControl), services.get(Live)];
   window.__tendril = {
     get frame() {
       return live.frames === 0 || !live.telemetry ? null : live.telemetry.snapshot();
@@ -32,14 +32,14 @@ export function publishProbe(services: Services, plan: Plan): void {
     get frames() {
       return live.frames;
     },
-    roundTrips: aim.targets.roundTrips,
+    roundTrips: targetControl.targets.roundTrips,
     toPixel: (xMm, yMm) => plan.clientOf([xMm / 1e3, yMm / 1e3]),
     toPlane: (px, py) => {
       const [x, y] = plan.planeOf([px, py]);
       return [x * 1e3, y * 1e3];
     },
     handle: () => {
-      const handle = aim.handle(performance.now());
+      const handle = targetControl.handle(performance.now());
       return handle && plan.clientOf(handle.point);
     },
   };

@@ -1,7 +1,7 @@
 import type { Plot, PlotLayout } from "../api/types";
 
 /** Where the server keeps what this browser plotted last. */
-export const LAST = "last used";
+export const LAST_USED = "last used";
 export const PLOTS_MAX = 8;
 export const LINES_MAX = 12;
 export const SPANS = [5, 10, 30, 60, 120, 300, 600] as const;

@@ -1,9 +1,9 @@
 import { useEffect, useState } from "react";
-import { api, named, told } from "../api/rest";
+import { api, named, dataOf } from "../api/rest";
 import type { PlotLayout } from "../api/types";
 import { Operations } from "../operate/operations";
 import { useService } from "../ui/services";
-import { DEFAULT_LAYOUT, LAST, layoutName } from "./layout";
+import { DEFAULT_LAYOUT, LAST_USED, layoutName } from "./layout";
 
 const SAVE_AFTER_MS = 800;
 
@@ -18,8 +18,8 @@ export interface Layouts {
   readonly forget: (name: string) => Promise<void>;
 }
 
-const savedNames = () => told(api.GET("/api/layouts"));
-const layoutOf = (name: string) => told(api.GET("/api/layouts/{name}", named(name)));
+const savedNames = () => dataOf(api.GET("/api/layouts"));
+const layoutOf = (name: string) => dataOf(api.GET("/api/layouts/{name}", named(name)));
 const keepLayout = (name: string, body: PlotLayout) =>
   api.PUT("/api/layouts/{name}", { ...named(name), body });
 
@@ -27,8 +27,8 @@ const keepLayout = (name: string, body: PlotLayout) =>
 async function remembered(): Promise<[string[], PlotLayout]> {
   try {
     const names = await savedNames();
-    const last = names.includes(LAST) ? await layoutOf(LAST) : DEFAULT_LAYOUT;
-    return [names.filter((name) => name !== LAST), last];
+    const last = names.includes(LAST_USED) ? await layoutOf(LAST_USED) : DEFAULT_LAYOUT;
+    return [names.filter((name) => name !== LAST_USED), last];
   } catch {
     return [[], DEFAULT_LAYOUT];
   }
@@ -50,8 +50,8 @@ export function useLayout(): Layouts {
   useEffect(() => {
     if (layout === null || layout === kept) return;
     const timer = setTimeout(() => {
-      // Where that fails the next change tries again; nobody needs to be told.
-      keepLayout(LAST, layout).then(
+      // Where that fails the next change tries again; no one needs to be told.
+      keepLayout(LAST_USED, layout).then(
         () => { setKept(layout); }, // prettier-ignore
         () => undefined,
       );
@@ -62,7 +62,7 @@ export function useLayout(): Layouts {
   }, [layout, kept]);
   const relist = async () => {
     const known = await savedNames();
-    setNames(known.filter((name) => name !== LAST));
+    setNames(known.filter((name) => name !== LAST_USED));
   };
   return {
     layout,

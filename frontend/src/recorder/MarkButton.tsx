@@ -7,7 +7,7 @@ import { plain } from "../ui/format";
 import { useService } from "../ui/services";
 import { Recorder } from "./recorder";
 
-/** A label nobody begins to type within this time is none [ms]. */
+/** A label no one begins to type within this time is none [ms]. */
 const UNTOUCHED_MS = 10_000;
 
 /** Bookmarks the running recording; then its label can be typed, in a field that lies over the page. */

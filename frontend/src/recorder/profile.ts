@@ -1,13 +1,13 @@
 import type { Profile } from "../api/types";
 import type { Page } from "../live/page";
-import { quietly, type Shelf } from "../ui/shelf";
+import { quietly, type PageStorage } from "../ui/storage";
 import type { Store } from "../ui/store";
 
 const KEY = "tendril-record-profile";
 
 /** The profile of the last visit, and kept from now on. */
-export function keepProfile(page: Store<Page>, shelf: Pick<Shelf, "getItem" | "setItem">): void {
-  const last = quietly(() => shelf.getItem(KEY));
+export function keepProfile(page: Store<Page>, storage: Pick<PageStorage, "getItem" | "setItem">): void {
+  const last = quietly(() => storage.getItem(KEY));
   if (isProfile(last)) page.patch({ recordingProfile: last });
   let kept = page.get().recordingProfile;
   page.subscribe(() => {
@@ -15,7 +15,7 @@ export function keepProfile(page: Store<Page>, shelf: Pick<Shelf, "getItem" | "s
     if (recordingProfile === kept) return;
     kept = recordingProfile;
     quietly(() => {
-      shelf.setItem(KEY, recordingProfile);
+      storage.setItem(KEY, recordingProfile);
     });
   });
 }

@@ -1,4 +1,4 @@
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { Marked, Page } from "../live/page";
 import type { Operations } from "../operate/operations";
 import type { Store } from "../ui/store";
@@ -20,7 +20,7 @@ export class Recorder {
     else
       await this.operations.attempt("Recording not started", async () => {
         const body = { name: recordingName, profile: recordingProfile };
-        this.page.patch({ recording: await told(api.POST("/api/recordings", { body })) });
+        this.page.patch({ recording: await dataOf(api.POST("/api/recordings", { body })) });
         if (this.page.get().recordingName === recordingName) this.page.patch({ recordingName: "" });
       });
   }

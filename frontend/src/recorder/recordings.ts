@@ -1,4 +1,4 @@
-import { api, asCsv, told } from "../api/rest";
+import { api, asCsv, dataOf } from "../api/rest";
 import type { ImportedPath, Recording } from "../api/types";
 
 /** What people may change of a recording. */
@@ -83,29 +83,29 @@ export const recordings = {
       sort,
     };
   },
-  /** Its figures, taken anew. */
-  metrics: (id: string) => told(api.GET("/api/recordings/{id}/metrics", at(id))),
+  /** Its figures, taken again. */
+  metrics: (id: string) => dataOf(api.GET("/api/recordings/{id}/metrics", at(id))),
   /** What can be exported of it. */
-  signals: (id: string) => told(api.GET("/api/recordings/{id}/signals", at(id))),
-  find: (id: string) => told(api.GET("/api/recordings/{id}", at(id))),
+  signals: (id: string) => dataOf(api.GET("/api/recordings/{id}/signals", at(id))),
+  find: (id: string) => dataOf(api.GET("/api/recordings/{id}", at(id))),
   /** The quick look with at most `points` values of each of the signals `keys`. */
   quick: (id: string, points: number, keys: readonly string[]) => {
     const query = { points, signals: [...keys] };
-    return told(api.GET("/api/recordings/{id}/quick", { params: { path: { id }, query } }));
+    return dataOf(api.GET("/api/recordings/{id}/quick", { params: { path: { id }, query } }));
   },
   change: (id: string, body: RecordingChanges) =>
-    told(api.PATCH("/api/recordings/{id}", { ...at(id), body })),
+    dataOf(api.PATCH("/api/recordings/{id}", { ...at(id), body })),
   /** Into the bin. */
   remove: (id: string) => api.DELETE("/api/recordings/{id}", at(id)),
   /** Mark the newest row of the recording that runs. */
-  mark: () => told(api.POST("/api/recordings/current/bookmarks", { body: { label: "" } })),
+  mark: () => dataOf(api.POST("/api/recordings/current/bookmarks", { body: { label: "" } })),
   /** Give bookmark `n` a label, or with null remove it. */
   label: (id: string, n: number, label: string | null) => {
     const place = { params: { path: { id, n } } };
     const path = "/api/recordings/{id}/bookmarks/{n}";
-    return told(label === null ? api.DELETE(path, place) : api.PATCH(path, { ...place, body: { label } }));
+    return dataOf(label === null ? api.DELETE(path, place) : api.PATCH(path, { ...place, body: { label } }));
   },
-  restore: (id: string) => told(api.POST("/api/recordings/{id}/restore", at(id))),
+  restore: (id: string) => dataOf(api.POST("/api/recordings/{id}/restore", at(id))),
   emptyBin: () => api.DELETE("/api/recordings/deleted"),
   /** Have a file made: where it can be fetched, once. Who aborts cancels it. */
   makeExport: async (
@@ -117,17 +117,17 @@ export const recordings = {
     const limit = (value: number | string) => (value === "" ? null : Number(value));
     const { signals, from, to, comments } = choice;
     const body = { format, signals: [...signals], start: limit(from), stop: limit(to), comments };
-    const made = await told(api.POST("/api/recordings/{id}/exports", { ...at(id), body, signal }));
+    const made = await dataOf(api.POST("/api/recordings/{id}/exports", { ...at(id), body, signal }));
     return `/api/exports/${encodeURIComponent(made.key)}`;
   },
   /** The recorded path of the tip or of its reference: the run, without what came before it and led into it. */
   path: (id: string, what: "p_meas" | "p_ref") =>
-    told(api.GET("/api/recordings/{id}/path", { params: { path: { id }, query: { what, run: true } } })),
+    dataOf(api.GET("/api/recordings/{id}/path", { params: { path: { id }, query: { what, run: true } } })),
   /** What a recording may keep of every tick, the default first. */
-  profiles: () => told(api.GET("/api/recordings/profiles")),
+  profiles: () => dataOf(api.GET("/api/recordings/profiles")),
   /** A CSV file of another lab; `units` hold where its header names none. */
   take: (file: File, name: string, units: Units) => {
     const query = { name, time_unit: units.time, length_unit: units.length };
-    return told(api.POST("/api/recordings/import", { params: { query }, ...asCsv(file) }));
+    return dataOf(api.POST("/api/recordings/import", { params: { query }, ...asCsv(file) }));
   },
 };

@@ -1,7 +1,7 @@
 import { ActionIcon, Button, Tooltip } from "@mantine/core";
 import { IconX } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { RunResult } from "../api/types";
 import { PageStore, usePage } from "../live/page";
 import { ControlButton } from "../operate/ControlButton";
@@ -128,7 +128,7 @@ function useEarlier(result: RunResult): RunResult | null {
     const take = (results: readonly RunResult[]) => {
       if (!gone) setFound(earlierOf(result, results));
     };
-    told(api.GET("/api/runs")).then(take, () => {
+    dataOf(api.GET("/api/runs")).then(take, () => {
       take([]);
     });
     return () => {

@@ -116,13 +116,13 @@ function ended(id: number, name: string, recording: string | null = "a"): RunRes
 
 test("the switch for recording goes with the run, and is as it was on the last visit", async () => {
   const kept = new Map<string, string>();
-  const shelf = { getItem: (key: string) => kept.get(key) ?? null, setItem: (key: string, text: string) => void kept.set(key, text) }; // prettier-ignore
+  const storage = { getItem: (key: string) => kept.get(key) ?? null, setItem: (key: string, text: string) => void kept.set(key, text) }; // prettier-ignore
   const { runs, bodies } = harness();
-  keepRecord(runs, shelf);
+  keepRecord(runs, storage);
   await runs.run();
   runs.store.patch({ record: false });
   const later = harness();
-  keepRecord(later.runs, shelf);
+  keepRecord(later.runs, storage);
   await later.runs.run();
   expect([bodies[0]?.record, later.bodies[0]?.record]).toEqual([true, false]);
 });

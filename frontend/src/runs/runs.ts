@@ -1,12 +1,12 @@
 import { jsonLines } from "../api/lines";
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { Preview, PreviewBody, PreviewPart, ReferenceInfo, RunBody, RunState } from "../api/types";
 import { bodyOf, isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { isSame, planInputs } from "../drawing/planner";
 import type { Page } from "../live/page";
 import type { Operations } from "../operate/operations";
 import { useService } from "../ui/services";
-import { quietly, type Shelf } from "../ui/shelf";
+import { quietly, type PageStorage } from "../ui/storage";
 import { Store, useStore } from "../ui/store";
 
 /** The predicted tip as far as it has been foreseen. */
@@ -50,14 +50,14 @@ export const FIRST_CHOICE: RunChoice = {
 /** What previews and runs: the server, or a test. */
 const server = {
   preview: foreseen,
-  run: (body: RunBody) => told(api.POST("/api/run", { body })),
-  again: () => told(api.POST("/api/run/again")),
-  steer: (step: "pause" | "resume" | "stop") => told(api.POST(`/api/run/${step}`)),
+  run: (body: RunBody) => dataOf(api.POST("/api/run", { body })),
+  again: () => dataOf(api.POST("/api/run/again")),
+  steer: (step: "pause" | "resume" | "stop") => dataOf(api.POST(`/api/run/${step}`)),
 };
 
 async function* foreseen(body: PreviewBody, signal: AbortSignal): AsyncGenerator<PreviewPart> {
   yield* jsonLines<PreviewPart>(
-    await told(api.POST("/api/preview/parts", { body, signal, parseAs: "stream" })),
+    await dataOf(api.POST("/api/preview/parts", { body, signal, parseAs: "stream" })),
   );
 }
 
@@ -180,13 +180,13 @@ function grown(ghost: Ghost | null, part: PreviewPart): Ghost {
 const RECORD = "tendril-record-runs";
 
 /** The switch "record each run" as it was on the last visit, and kept from now on. */
-export function keepRecord(runs: Runs, shelf: Pick<Shelf, "getItem" | "setItem">): void {
+export function keepRecord(runs: Runs, storage: Pick<PageStorage, "getItem" | "setItem">): void {
   quietly(() => {
-    if (shelf.getItem(RECORD) === "off") runs.store.patch({ record: false });
+    if (storage.getItem(RECORD) === "off") runs.store.patch({ record: false });
   });
   runs.store.subscribe(() => {
     quietly(() => {
-      shelf.setItem(RECORD, runs.store.get().record ? "on" : "off");
+      storage.setItem(RECORD, runs.store.get().record ? "on" : "off");
     });
   });
 }

@@ -14,7 +14,7 @@ const NONE: Trace = { run: null, legs: [] };
 const STEP_M = 0.0003;
 /** More points in a leg are thinned to half of them: hours of laps lie on one another. */
 const POINTS_MAX = 8000;
-/** After so long without a new frame (the tab was hidden, the link gone) nobody knows the way between [ms]. */
+/** After so long without a new frame (the tab was hidden, the link gone) no one knows the way between [ms]. */
 const GAP_MS = 500;
 /** How often what has been added is shown [ms]. */
 const SHOWN_MS = 200;

@@ -10,7 +10,7 @@ import { Ticker } from "../ui/ticker";
 import { Replay } from "./replay";
 import { Cameras } from "./Scene3D";
 import { SceneFrame } from "./SceneFrame";
-import { Seat } from "./seat";
+import { ViewSession } from "./viewSession";
 
 const RATES = ["0.1", "0.25", "0.5", "1", "2", "5"] as const;
 const SHOWN_PER_S = 10;
@@ -18,15 +18,15 @@ const SHOWN_PER_S = 10;
 /** A recording in 3D, in this page alone: the live view and everyone else's stay as they are. */
 export function Replay3D({ recording }: { readonly recording: Recording }) {
   const operations = useService(Operations);
-  const [seat] = useState(() => new Seat());
-  const [replay] = useState(() => new Replay(recording.id, seat.id));
+  const [viewSession] = useState(() => new ViewSession());
+  const [replay] = useState(() => new Replay(recording.id, viewSession.id));
   const marks = recording.bookmarks.map(({ t }) => ({ value: t }));
   const steer = (action: () => Promise<void>) => void operations.attempt("Recording not played", action);
   return (
     <>
-      <PlayBar replay={replay} steer={steer} seat={seat} marks={marks} />
+      <PlayBar replay={replay} steer={steer} viewSession={viewSession} marks={marks} />
       <SceneFrame
-        seat={seat}
+        viewSession={viewSession}
         title={`3D view of the recording ${recording.name || recording.id}`}
         onReady={() => {
           steer(() => replay.steer({ playing: true }));
@@ -38,13 +38,13 @@ export function Replay3D({ recording }: { readonly recording: Recording }) {
 
 interface PlayBarProps {
   readonly replay: Replay;
-  readonly seat: Seat;
+  readonly viewSession: ViewSession;
   /** Bookmarks, in seconds. */
   readonly marks: { value: number }[];
   readonly steer: (action: () => Promise<void>) => void;
 }
 
-function PlayBar({ replay, seat, marks, steer }: PlayBarProps) {
+function PlayBar({ replay, viewSession, marks, steer }: PlayBarProps) {
   const playback = useStore(replay.store, (state) => state.playback);
   const [at, playing] = useClock(replay);
   const [wish, setWish] = useState<number | null>(null);
@@ -94,7 +94,7 @@ function PlayBar({ replay, seat, marks, steer }: PlayBarProps) {
           steer(() => replay.steer({ rate }));
         }}
       />
-      <Cameras seat={seat} />
+      <Cameras viewSession={viewSession} />
     </div>
   );
 }

@@ -7,7 +7,7 @@ import { Runs } from "../runs/runs";
 import { useService } from "../ui/services";
 import type { SceneView } from "./scene";
 import { SceneFrame } from "./SceneFrame";
-import { sceneLines, Seat } from "./seat";
+import { sceneLines, ViewSession } from "./viewSession";
 
 const SHOWN = "tendril-3d";
 const VIEWS: readonly (readonly [SceneView, string, string])[] = [
@@ -33,22 +33,22 @@ function OpenScene({ onClose }: { readonly onClose: () => void }) {
   const drawing = useService(Drawing);
   const page = useService(PageStore);
   const runs = useService(Runs);
-  const [seat] = useState(() => new Seat());
+  const [viewSession] = useState(() => new ViewSession());
   useEffect(() => {
-    // The stores live outside React: each change of what the plan shows goes to the seat.
+    // The stores live outside React: each change of what the plan shows goes to the viewSession.
     const show = () => {
-      seat.show(sceneLines(page.get(), drawing.store.get(), runs.store.get()));
+      viewSession.show(sceneLines(page.get(), drawing.store.get(), runs.store.get()));
     };
     show();
     const stops = [page, drawing.store, runs.store].map((store) => store.subscribe(show));
     return () => {
       for (const stop of stops) stop();
     };
-  }, [drawing, page, runs, seat]);
+  }, [drawing, page, runs, viewSession]);
   return (
     <>
-      <Bar open onToggle={onClose} seat={seat} />
-      <SceneFrame seat={seat} title="3D view of the actuator" />
+      <Bar open onToggle={onClose} viewSession={viewSession} />
+      <SceneFrame viewSession={viewSession} title="3D view of the actuator" />
     </>
   );
 }
@@ -56,10 +56,10 @@ function OpenScene({ onClose }: { readonly onClose: () => void }) {
 interface BarProps {
   readonly open: boolean;
   readonly onToggle: () => void;
-  readonly seat?: Seat;
+  readonly viewSession?: ViewSession;
 }
 
-function Bar({ open, onToggle, seat }: BarProps) {
+function Bar({ open, onToggle, viewSession }: BarProps) {
   return (
     <div className="bar">
       <ActionIcon
@@ -75,13 +75,13 @@ function Bar({ open, onToggle, seat }: BarProps) {
       </ActionIcon>
       <span className="bar-title">3D</span>
       <span className="spacer" />
-      {seat ? <Cameras seat={seat} /> : null}
+      {viewSession ? <Cameras viewSession={viewSession} /> : null}
     </div>
   );
 }
 
 /** Buttons that put the camera back to where a view is taken from; for this page alone. */
-export function Cameras({ seat }: { readonly seat: Seat }) {
+export function Cameras({ viewSession }: { readonly viewSession: ViewSession }) {
   const scheme = useComputedColorScheme("dark");
   return (
     <Button.Group aria-label="Camera">
@@ -92,7 +92,7 @@ export function Cameras({ seat }: { readonly seat: Seat }) {
             variant="default"
             data-testid={`camera-${view}`}
             onClick={() => {
-              seat.look(scheme, view);
+              viewSession.look(scheme, view);
             }}
           >
             {label}

@@ -1,4 +1,4 @@
-import { api, told } from "../api/rest";
+import { api, dataOf } from "../api/rest";
 import type { components } from "../api/schema";
 
 type Schemas = components["schemas"];
@@ -19,7 +19,7 @@ export const scene = {
   path: (seat: string, role: SceneRole, lines: Lines): Promise<unknown> =>
     api.PUT("/api/scene/{seat}/path/{role}", { params: { path: { seat, role } }, body: { lines } }),
   play: (seat: string, body: PlaybackBody) =>
-    told(api.PUT("/api/scene/{seat}/playback", { params: { path: { seat } }, body })),
+    dataOf(api.PUT("/api/scene/{seat}/playback", { params: { path: { seat } }, body })),
 };
 
 /** Address of viser's page on this seat. */

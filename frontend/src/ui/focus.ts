@@ -77,11 +77,11 @@ export class FocusKeeper {
 }
 
 /** How long what shall get the focus may take to appear [ms]. */
-const PATIENCE_MS = 3000;
+const SUCCESSOR_WAIT_MS = 3000;
 
 /** Focus the first that `selector` finds, once it is there; not if something was pressed meanwhile. */
 export function focusWhenThere(selector: string): void {
-  const until = performance.now() + PATIENCE_MS;
+  const until = performance.now() + SUCCESSOR_WAIT_MS;
   const given = new AbortController();
   for (const kind of ["keydown", "pointerdown"])
     window.addEventListener(kind, () => { given.abort(); }, { capture: true, signal: given.signal }); // prettier-ignore

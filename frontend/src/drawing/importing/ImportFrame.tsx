@@ -1,6 +1,6 @@
 import { Button, Group, SegmentedControl, TextInput } from "@mantine/core";
 import { useEffect, useState, type ReactNode } from "react";
-import { api, told } from "../../api/rest";
+import { api, dataOf } from "../../api/rest";
 import type { Point } from "../../api/types";
 import { usePage } from "../../live/page";
 import { Facts } from "../../ui/Facts";
@@ -185,7 +185,7 @@ async function reachOf({ strokes, times }: Found, timed: boolean): Promise<strin
     timing: timed ? { kind: "given" as const } : { kind: "speed" as const, speed: SPEED },
   };
   try {
-    const { outside_share, reason } = await told(api.POST("/api/drawings/plan", { body }));
+    const { outside_share, reason } = await dataOf(api.POST("/api/drawings/plan", { body }));
     const share = outside_share > 0 ? `Reach: ${percent(outside_share, 0)} of the time out of it` : "Reach: all within"; // prettier-ignore
     return reason === "" ? share : `${share}; ${reason}`;
   } catch (error) {

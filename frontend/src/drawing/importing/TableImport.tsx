@@ -56,14 +56,14 @@ export function TableImport({ file, onClose }: Props) {
   );
 }
 
-/** The proposal; while the server reads the file anew, the columns as chosen and no row as read. */
+/** The proposal; while the server reads the file again, the columns as chosen and no row as read. */
 function shownOf({ proposal, to }: Answer, choices: ImportChoices): ImportProposal {
   if (to === choices) return proposal;
   const rows = proposal.rows.map((row) => ({ ...row, t: null, point: null }));
   return { ...proposal, columns: chosen(proposal.columns, choices), rows, problem: "" };
 }
 
-/** There is no path only because nobody has said yet which columns are x and y. */
+/** There is no path only because no one has said yet which columns are x and y. */
 function asked({ path, columns }: ImportProposal): boolean {
   return path === null && !["x", "y"].every((name) => columns.some((column) => column.name === name));
 }

@@ -1,4 +1,4 @@
-import { api, asCsv, told } from "../../api/rest";
+import { api, asCsv, dataOf } from "../../api/rest";
 import type { ImportChoices, ImportProposal, Point, ProposedColumn } from "../../api/types";
 import { distance } from "../piece";
 
@@ -15,7 +15,7 @@ const FILE_NAME_MAX = 255;
 /** How the server would read `file`, of which it keeps nothing. Raises Refusal for what is no table. */
 export function propose(file: File, choices: ImportChoices): Promise<ImportProposal> {
   const query = { ...choices, name: file.name.slice(-FILE_NAME_MAX) };
-  return told(api.POST("/api/drawings/import/proposal", { params: { query }, ...asCsv(file) }));
+  return dataOf(api.POST("/api/drawings/import/proposal", { params: { query }, ...asCsv(file) }));
 }
 
 /** Take column `index` as `name`, or as none; each name belongs to one column. Numbers count from 1, 0 is none. */

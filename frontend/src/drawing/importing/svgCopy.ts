@@ -26,7 +26,7 @@ const SELECTED = /(^|[\s>+~,(])(use|symbol|svg)(?![\w-])|:root(?![\w-])/g;
 export class ImportError extends Error {}
 
 /**
- * A bare copy of the drawing `file`, laid out by the browser where nobody sees it, with the file's styles. References
+ * A bare copy of the drawing `file`, laid out by the browser where no one sees it, with the file's styles. References
  * are resolved, nothing is loaded, nothing moves and no script enters the page. `end` takes it away.
  */
 export class SvgCopy {

@@ -1,7 +1,7 @@
 import type { Point } from "../../api/types";
 import { pieceOf, type Piece } from "../piece";
 
-/** A shape that everybody knows, as large as the paper's circle. */
+/** A shape that everyone knows, as large as the paper's circle. */
 export interface BasicShape {
   readonly label: string;
   /** It leads back to where it begins. */

@@ -59,7 +59,7 @@ test("an answer to an older choice is not drawn", async () => {
   expect(page.get().reference?.name).toBe("step");
 });
 
-test("a rig that comes back draws the chosen reference anew, and the old lines stay until then", async () => {
+test("a rig that comes back draws the chosen reference again, and the old lines stay until then", async () => {
   const { page, references, waiting } = harness();
   const done = references.choose("vu");
   waiting.get("vu")?.give();

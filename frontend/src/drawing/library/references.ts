@@ -1,4 +1,4 @@
-import { api, named, told } from "../../api/rest";
+import { api, named, dataOf } from "../../api/rest";
 import type { ReferenceInfo } from "../../api/types";
 import { keep, type Page } from "../../live/page";
 import type { Operations } from "../../operate/operations";
@@ -6,8 +6,8 @@ import type { Store } from "../../ui/store";
 
 /** Where references come from: the server, or a test. */
 export const library = {
-  references: () => told(api.GET("/api/references")),
-  reference: (name: string) => told(api.GET("/api/references/{name}", named(name))),
+  references: () => dataOf(api.GET("/api/references")),
+  reference: (name: string) => dataOf(api.GET("/api/references/{name}", named(name))),
 };
 
 /** The reference menu, and the one reference that is drawn on the plan. */
@@ -18,7 +18,7 @@ export class References {
     private readonly source = library,
   ) {}
 
-  /** Learn the menu of the rig that was met; a chosen reference is drawn anew, as this rig's actuator has it. */
+  /** Learn the menu of the rig that was met; a chosen reference is drawn again, as this rig's actuator has it. */
   async learn(): Promise<void> {
     try {
       const references = await this.source.references();

@@ -1,7 +1,7 @@
 import { Button, NumberInput, Popover, TextInput } from "@mantine/core";
 import { IconTypography } from "@tabler/icons-react";
 import { useState } from "react";
-import { api, told } from "../../api/rest";
+import { api, dataOf } from "../../api/rest";
 import type { Point } from "../../api/types";
 import { usePage } from "../../live/page";
 import { Operations } from "../../operate/operations";
@@ -22,7 +22,7 @@ export function DrawText() {
   const place = () =>
     operations.attempt("Text not placed", async () => {
       const body = { text, height: Number(height) / 1e3 };
-      const { strokes } = await told(api.POST("/api/drawings/text", { body }));
+      const { strokes } = await dataOf(api.POST("/api/drawings/text", { body }));
       drawing.choose("drag");
       drawing.add(asOne(strokes, middleOfReach(length)));
       drawing.chooseSource("drawing");

@@ -2,14 +2,14 @@ import { IconPlayerStopFilled, IconTool } from "@tabler/icons-react";
 import { ControlButton } from "../../operate/ControlButton";
 import { useService } from "../../ui/services";
 import { Commissioning } from "./commissioning";
-import { useCommissioningState, useLooks } from "./useCommissioning";
+import { useCommissioningState, useRefresh } from "./useCommissioning";
 
 /** Behind other panels it is looked at so often. */
-const LOOKS_PER_S = 0.5;
+const REFRESH_HZ = 0.5;
 
-/** To everybody: a step of the commissioning has the rig, and the way to stop it. */
+/** To everyone: a step of the commissioning has the rig, and the way to stop it. */
 export function CommissioningBar() {
-  useLooks(LOOKS_PER_S);
+  useRefresh(REFRESH_HZ);
   const commissioning = useService(Commissioning);
   const state = useCommissioningState();
   const running = state?.running ?? null;

@@ -4,11 +4,11 @@ import { useStore } from "../../ui/store";
 import { Commissioning } from "./commissioning";
 import { StepCard } from "./StepCard";
 import { nextStep, type StepName } from "./steps";
-import { useCommissioningState, useLooks } from "./useCommissioning";
+import { useCommissioningState, useRefresh } from "./useCommissioning";
 
-const LOOKS_PER_S = 4;
+const REFRESH_HZ = 4;
 
-/** The step that somebody opened, or none, and how many were accepted then: with one more the next opens by itself. */
+/** The step that someone opened, or none, and how many were accepted then: with one more the next opens by itself. */
 interface Chosen {
   readonly step: StepName | null;
   readonly done: number;
@@ -16,7 +16,7 @@ interface Chosen {
 
 /** The guided steps: each with what is done, what it lacks, and the way back. */
 export function CommissioningPanel() {
-  useLooks(LOOKS_PER_S);
+  useRefresh(REFRESH_HZ);
   const state = useCommissioningState();
   const { store } = useService(Commissioning);
   const refusal = useStore(store, (seen) => seen.refusal);

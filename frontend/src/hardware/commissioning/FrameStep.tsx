@@ -8,7 +8,7 @@ import { useStore } from "../../ui/store";
 import { Commissioning } from "./commissioning";
 import { usualPoint, type Captured, type Place } from "./steps";
 
-const LOOKS_PER_S = 5;
+const REFRESH_HZ = 5;
 const NO_LABELS = {};
 
 const PLACES: readonly { readonly place: Place; readonly title: string; readonly how: string }[] = [
@@ -23,7 +23,7 @@ const PLACES: readonly { readonly place: Place; readonly title: string; readonly
 
 /** Three captures, with the chosen point's raw coordinates as they come. */
 export function FrameStep({ captured }: { readonly captured: readonly Captured[] }) {
-  const { drivers, problem } = useDrivers(LOOKS_PER_S);
+  const { drivers, problem } = useDrivers(REFRESH_HZ);
   const labels = usePage((page) => page.rig?.parameters.hardware?.motion_capture.labels ?? NO_LABELS);
   const [chosen, setChosen] = useState<string | null>(null);
   const camera = drivers.find(({ role }) => role === "motion_capture");
@@ -111,7 +111,7 @@ function Capture({ place, title, how, point, done }: CaptureProps) {
         meaning="Takes half a second"
         onClick={() => void commissioning.capture(place, point)}
       >
-        {done === null ? "Capture" : "Capture anew"}
+        {done === null ? "Capture" : "Capture again"}
       </ControlButton>
       <span className="note capture-how">
         {done === null ? (

@@ -24,7 +24,7 @@ export function JogStep({ jog }: { readonly jog: JogView | null }) {
     return (
       <div className="jog-clear" role="group" aria-label="Before the first chamber is filled">
         <p>
-          Nobody reaches into the arm, and the supply can be shut by hand. A chamber fills while its button is
+          No one reaches into the arm, and the supply can be shut by hand. A chamber fills while its button is
           held, to at most {kilopascals(Math.min(FULL, max))}, and empties when it is let go.
         </p>
         <ControlButton

@@ -1,4 +1,4 @@
-import { api, told } from "../../api/rest";
+import { api, dataOf } from "../../api/rest";
 import { keep, type Page } from "../../live/page";
 import { textOf } from "../../ui/format";
 import { Store } from "../../ui/store";
@@ -10,7 +10,7 @@ interface Commissioned {
   readonly state: CommissioningState | null;
   /** The chamber whose button is held here. */
   readonly held: Chamber | null;
-  /** The operator has said that nobody reaches into the arm. */
+  /** The operator has said that no one reaches into the arm. */
   readonly clear: boolean;
   /** What the server was asked last and did not do. */
   readonly refusal: string;
@@ -60,7 +60,7 @@ export class Commissioning {
     await this.take(api.GET("/api/commissioning"));
   }
 
-  /** The operator has said that nobody reaches into the arm. */
+  /** The operator has said that no one reaches into the arm. */
   confirmClear(): void {
     this.store.patch({ clear: true });
   }
@@ -107,7 +107,7 @@ export class Commissioning {
 
   private async take(asked: Promise<{ data?: CommissioningState }>): Promise<void> {
     const number = (this.asked += 1);
-    const state = await told(asked);
+    const state = await dataOf(asked);
     if (number < this.answered) return;
     this.answered = number;
     this.store.patch({ state: keep(this.store.get().state, state) });

@@ -115,7 +115,7 @@ test("a jogged chamber is right only where its own sensor rose", () => {
   expect(answered({ ...jogged, rose: null }).good).toBe(false);
 });
 
-test("the tip's label is captured where nobody chose a point, or the only one there is", () => {
+test("the tip's label is captured where no one chose a point, or the only one there is", () => {
   expect(usualPoint(["six", "tip"], { six: 6, tip: 10 })).toBe("tip");
   expect(usualPoint(["#1"], {})).toBe("#1");
   expect(usualPoint(["#1", "#2"], {})).toBeNull();

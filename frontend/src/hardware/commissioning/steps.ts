@@ -193,7 +193,7 @@ export function answered({ commanded, rose, rises }: Jogged): {
     : { text: `the sensor of ${rose} rose, ${rise}`, good: false };
 }
 
-/** The point that is captured where nobody chose one: that of the tip's label, or the only one. */
+/** The point that is captured where no one chose one: that of the tip's label, or the only one. */
 export function usualPoint(
   names: readonly string[],
   labels: Readonly<Record<string, number>>,

@@ -12,7 +12,7 @@ export function useCommissioningState(): CommissioningState | null {
 }
 
 /** Look at it so often while the page is in sight: other pages and the rig change it, too. */
-export function useLooks(perSecond: number): void {
+export function useRefresh(perSecond: number): void {
   const commissioning = useService(Commissioning);
   const there = usePage((page) => page.online && isHardware(page));
   const asking = useRef(false);

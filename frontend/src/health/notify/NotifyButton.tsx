@@ -7,7 +7,7 @@ import { Notices, type Leave } from "./notices";
 
 const MEANING: Record<Leave, string> = {
   default: "The browser asks once whether this page may.",
-  granted: "They come only while nobody looks at this page.",
+  granted: "They come only while no one looks at this page.",
   denied: "The browser does not let this page: allow it beside the address, then switch it on here.",
   missing: "This browser shows none here: they need https, or localhost.",
 };

@@ -5,18 +5,18 @@ import { MODE } from "../../live/modes";
 import { Store } from "../../ui/store";
 import { Notices, type Leave } from "./notices";
 
-/** A page somebody looks away from, in a browser that answers `answer` when it is asked. */
+/** A page someone looks away from, in a browser that answers `answer` when it is asked. */
 function desk(answer: Leave = "granted", kept: string | null = null) {
   const page = new Store<Page>(EMPTY_PAGE);
-  const shelf = new Map<string, string>(kept === null ? [] : [["tendril-notices", kept]]);
+  const storage = new Map<string, string>(kept === null ? [] : [["tendril-notices", kept]]);
   const now = { leave: kept === "on" ? answer : ("default" as Leave), away: true, asked: 0 };
   const shown: string[] = [];
   const notices = new Notices(
     page,
     {
-      getItem: (key) => shelf.get(key) ?? null,
-      setItem: (key, value) => void shelf.set(key, value),
-      removeItem: (key) => void shelf.delete(key),
+      getItem: (key) => storage.get(key) ?? null,
+      setItem: (key, value) => void storage.set(key, value),
+      removeItem: (key) => void storage.delete(key),
     },
     {
       leave: () => now.leave,
@@ -29,13 +29,13 @@ function desk(answer: Leave = "granted", kept: string | null = null) {
       away: () => now.away,
     },
   );
-  return { page, shelf, now, shown, notices };
+  return { page, storage, now, shown, notices };
 }
 
 const settings = {} as Settings;
 const result = (id: number) => ({ id, name: "circle", state: "done", reason: "" }) as RunResult;
 
-test("nobody is asked before a click, and nothing is shown without one", async () => {
+test("no one is asked before a click, and nothing is shown without one", async () => {
   const { page, now, shown, notices } = desk();
   page.patch({ settings, mode: MODE.HOLD });
   page.patch({ mode: MODE.FAULT });
@@ -70,10 +70,10 @@ test("a browser that refuses leaves it off, now and after a reload; the choice i
   const refused = desk("denied");
   await refused.notices.want(true);
   expect(refused.notices.store.get()).toEqual({ wanted: false, leave: "denied" });
-  expect(refused.shelf.get("tendril-notices")).toBe("off");
+  expect(refused.storage.get("tendril-notices")).toBe("off");
   const taken = desk();
   await taken.notices.want(true);
-  expect(taken.shelf.get("tendril-notices")).toBe("on");
+  expect(taken.storage.get("tendril-notices")).toBe("on");
   taken.notices.test();
   expect(taken.shown).toHaveLength(1);
 });

@@ -1,6 +1,6 @@
 import type { Page } from "../../live/page";
 import { MODE, MODE_WORD, whyText } from "../../live/modes";
-import { quietly, type Shelf } from "../../ui/shelf";
+import { quietly, type PageStorage } from "../../ui/storage";
 import { Store } from "../../ui/store";
 
 const KEY = "tendril-notices";
@@ -8,7 +8,7 @@ const KEY = "tendril-notices";
 /** What the browser lets this page do; "missing" where it has no notifications, or not at an address without https. */
 export type Leave = NotificationPermission | "missing";
 
-/** The browser's notifications, and whether anybody looks at the page. */
+/** The browser's notifications, and whether anyone looks at the page. */
 export interface Desk {
   leave(): Leave;
   /** Ask the person; only upon a click. */
@@ -22,7 +22,7 @@ export interface NoticesState {
   readonly leave: Leave;
 }
 
-/** Tells of FAULT, E-STOP and the end of a run by the browser's own notifications, where nobody looks at the page. */
+/** Tells of FAULT, E-STOP and the end of a run by the browser's own notifications, where no one looks at the page. */
 export class Notices {
   readonly store: Store<NoticesState>;
   private mode: Page["mode"] = null;
@@ -31,10 +31,10 @@ export class Notices {
 
   constructor(
     private readonly page: Store<Page>,
-    private readonly shelf: Shelf,
+    private readonly storage: PageStorage,
     private readonly desk: Desk = browser,
   ) {
-    const wanted = quietly(() => shelf.getItem(KEY)) === "on";
+    const wanted = quietly(() => storage.getItem(KEY)) === "on";
     this.store = new Store<NoticesState>({ wanted, leave: desk.leave() });
     page.subscribe(() => {
       this.look();
@@ -46,11 +46,11 @@ export class Notices {
     const leave = wanted && this.desk.leave() === "default" ? await this.desk.ask() : this.desk.leave();
     this.store.patch({ wanted: wanted && leave === "granted", leave });
     quietly(() => {
-      this.shelf.setItem(KEY, this.store.get().wanted ? "on" : "off");
+      this.storage.setItem(KEY, this.store.get().wanted ? "on" : "off");
     });
   }
 
-  /** Show one now, though somebody looks. */
+  /** Show one now, though someone looks. */
   test(): void {
     this.desk.show("Tendril: test", "FAULT, E-STOP and the end of a run are told like this.");
   }

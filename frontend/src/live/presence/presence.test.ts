@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { MAIN_SILENT_MS, PERIOD_MS, PresenceSigns, type PageName } from "./presence";
+import { MAIN_SILENT_MS, SIGN_PERIOD_MS, PresenceSigns, type PageName } from "./presence";
 
 /** Clock, main thread and network in the test's hand. */
 class World {
@@ -46,7 +46,7 @@ class World {
 
   async run(ms: number): Promise<void> {
     const end = this.now + ms;
-    for (; this.now < end; this.now += PERIOD_MS) {
+    for (; this.now < end; this.now += SIGN_PERIOD_MS) {
       if (this.waiting && !this.mainBusy) {
         this.waiting = false;
         this.signer.answered(this.page);
@@ -71,16 +71,16 @@ test("signs go on through 2 s of a busy main thread, which is asked only once me
   expect(world.asked - asked).toBeLessThanOrEqual(1);
   world.mainBusy = false;
   await world.run(1000);
-  expect(world.longestGap(500)).toBe(PERIOD_MS);
+  expect(world.longestGap(500)).toBe(SIGN_PERIOD_MS);
 });
 
-test("a main thread that is hung for ever ends them after the bound, and one that comes back begins anew", async () => {
+test("a main thread that is hung for ever ends them after the bound, and one that comes back begins again", async () => {
   const world = new World();
   await world.run(1000);
   world.mainBusy = true;
   await world.run(20_000);
   const last = world.signs.at(-1)?.at ?? NaN;
-  expect(last - 1000).toBeGreaterThan(MAIN_SILENT_MS - 2 * PERIOD_MS);
+  expect(last - 1000).toBeGreaterThan(MAIN_SILENT_MS - 2 * SIGN_PERIOD_MS);
   expect(last - 1000).toBeLessThanOrEqual(MAIN_SILENT_MS);
   world.mainBusy = false;
   await world.run(200);
@@ -96,7 +96,7 @@ test("who does not operate, or left, gives none, and has no socket", async () =>
   await world.run(1000);
   world.page = null;
   await world.run(1000);
-  expect(world.signs.at(-1)?.at).toBeLessThan(2000 + 2 * PERIOD_MS);
+  expect(world.signs.at(-1)?.at).toBeLessThan(2000 + 2 * SIGN_PERIOD_MS);
   expect(world.open).toBe(0);
 });
 
@@ -128,5 +128,5 @@ test("a socket that is refused or falls silent is tried again, one at a time", a
   expect(world.open).toBe(1);
   world.serverSilent = false;
   await world.run(3000);
-  expect(world.longestGap(8500)).toBeLessThanOrEqual(3 * PERIOD_MS);
+  expect(world.longestGap(8500)).toBeLessThanOrEqual(3 * SIGN_PERIOD_MS);
 });

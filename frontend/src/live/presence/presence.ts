@@ -1,5 +1,5 @@
 /** Between two signs [ms]. */
-export const PERIOD_MS = 50;
+export const SIGN_PERIOD_MS = 50;
 /**
  * The worker gives no more signs once its page's main thread gave it none for so long: longer than the 2 s for which a
  * page may be busy on a loaded machine, by as much as a late answer takes there. 0.5 s later the rig holds.

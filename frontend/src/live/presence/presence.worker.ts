@@ -1,7 +1,7 @@
 /** Signs of presence from a thread of its own: a busy main thread does not hold them up, a hidden tab does not throttle
  * them, and they end with the page. */
 import { socketUrl } from "../../api/socket";
-import { PERIOD_MS, PresenceSigns, type PageName } from "./presence";
+import { SIGN_PERIOD_MS, PresenceSigns, type PageName } from "./presence";
 
 const signs = new PresenceSigns({
   now: () => performance.now(),
@@ -31,4 +31,4 @@ onmessage = ({ data }: MessageEvent<PageName>) => {
 };
 setInterval(() => {
   signs.tick();
-}, PERIOD_MS);
+}, SIGN_PERIOD_MS);

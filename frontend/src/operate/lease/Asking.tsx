@@ -4,12 +4,12 @@ import { usePage, type Page } from "../../live/page";
 import { useService } from "../../ui/services";
 import { Operations } from "../operations";
 
-const NOBODY: Page["people"]["asking"] = [];
+const NO_ONE: Page["people"]["asking"] = [];
 
 /** To the operator: who asks for control, the longest waiting first. */
 export function Asking() {
   const operations = useService(Operations);
-  const asking = usePage((page) => (page.lease.mine ? page.people.asking : NOBODY));
+  const asking = usePage((page) => (page.lease.mine ? page.people.asking : NO_ONE));
   const first = asking.at(0);
   if (!first) return null;
   const { tag, name, role } = first;

@@ -43,7 +43,7 @@ function HandOver() {
   return (
     <>
       <Menu.Label>Hand control over to</Menu.Label>
-      {others.length === 0 ? <Menu.Item disabled>Nobody else has the page open</Menu.Item> : null}
+      {others.length === 0 ? <Menu.Item disabled>No one else has the page open</Menu.Item> : null}
       {others.map(({ tag, name, role }) => (
         <Menu.Item key={tag} data-testid="hand-over" onClick={() => void operations.handOver(tag)}>
           {name}

@@ -4,7 +4,7 @@ import { useService } from "../../ui/services";
 import { Operations } from "../operations";
 
 interface Props {
-  /** Whose control is to be taken; null: nobody's. */
+  /** Whose control is to be taken; null: no one's. */
   readonly from: Person | null;
   readonly onClose: () => void;
 }

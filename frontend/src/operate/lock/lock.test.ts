@@ -7,12 +7,12 @@ import { isLocked, slid, TouchLock } from "./lock";
 function tablet(kept: object | string | null = null) {
   const page = new Store<Page>({ ...EMPTY_PAGE, session: "present" });
   const text = typeof kept === "string" ? kept : JSON.stringify(kept);
-  const shelf = new Map<string, string>(kept === null ? [] : [["tendril-lock", text]]);
+  const storage = new Map<string, string>(kept === null ? [] : [["tendril-lock", text]]);
   const now = { ms: 1e12, touched: true, held: false };
   const keeps = {
-    getItem: (key: string) => shelf.get(key) ?? null,
-    setItem: (key: string, value: string) => void shelf.set(key, value),
-    removeItem: (key: string) => void shelf.delete(key),
+    getItem: (key: string) => storage.get(key) ?? null,
+    setItem: (key: string, value: string) => void storage.set(key, value),
+    removeItem: (key: string) => void storage.delete(key),
   };
   const port = { now: () => now.ms, isTouched: () => now.touched, isHeld: () => now.held };
   const lock = new TouchLock(page, keeps, port);
@@ -20,12 +20,12 @@ function tablet(kept: object | string | null = null) {
     now.ms += 1e3 * seconds;
     lock.look();
   };
-  return { page, shelf, now, lock, pass, reopen: () => new TouchLock(page, keeps, port) };
+  return { page, storage, now, lock, pass, reopen: () => new TouchLock(page, keeps, port) };
 }
 
 const locked = { after: 30, by: "hold", locked: true };
 
-test("a page that nobody touches locks itself after the time that was chosen, and by default never", () => {
+test("a page that no one touches locks itself after the time that was chosen, and by default never", () => {
   const { page, lock, pass } = tablet();
   pass(86_400);
   expect(page.get().locked).toBe(false);

@@ -1,13 +1,13 @@
 import type { Page } from "../../live/page";
-import { quietly, type Shelf } from "../../ui/shelf";
+import { quietly, type PageStorage } from "../../ui/storage";
 import { Store } from "../../ui/store";
 
 const KEY = "tendril-lock";
-const LOOK_MS = 500;
+const CHECK_MS = 500;
 /** A thumb that goes further between two events was not slid there, but put there by a touch elsewhere [%]. */
 const JUMP = 40;
 
-/** For how long nobody touches the page before it locks itself [s]; 0: it does not. */
+/** For how long no one touches the page before it locks itself [s]; 0: it does not. */
 export const TIMES = [0, 30, 120, 600] as const;
 /** What unlocks it: a thumb slid along its whole way, a press of one second, or a number that is typed. */
 export const WAYS = ["slide", "hold", "number"] as const;
@@ -29,7 +29,7 @@ export interface LockPort {
   isHeld(): boolean;
 }
 
-/** Locks a page that nobody has touched for a while: what a pocket or a child then presses does nothing.
+/** Locks a page that no one has touched for a while: what a pocket or a child then presses does nothing.
  *
  * The stops always work: one that was not meant costs a moment, one that is refused may cost the actuator. What moves
  * goes on: a long run is watched without touching anything. */
@@ -40,10 +40,10 @@ export class TouchLock {
 
   constructor(
     private readonly page: Store<Page>,
-    private readonly shelf: Shelf,
+    private readonly storage: PageStorage,
     private readonly port: LockPort,
   ) {
-    const { locked, ...choice } = kept(quietly(() => shelf.getItem(KEY)));
+    const { locked, ...choice } = kept(quietly(() => storage.getItem(KEY)));
     this.choice = new Store<LockChoice>(choice);
     this.touchedAt = port.now();
     if (locked && port.isTouched()) page.patch({ locked }); // a reload is no confirmation
@@ -54,10 +54,10 @@ export class TouchLock {
     for (const name of ["pointerdown", "pointermove", "pointerup", "wheel", "keydown"])
       window.addEventListener(name, () => { this.touched(); }, { capture: true, passive: true }); // prettier-ignore
     document.addEventListener("visibilitychange", () => { this.look(); }); // prettier-ignore
-    setInterval(() => { this.look(); }, LOOK_MS); // prettier-ignore
+    setInterval(() => { this.look(); }, CHECK_MS); // prettier-ignore
   }
 
-  /** Somebody touched the page, or a frame in it; one that comes too late no longer counts. */
+  /** Someone touched the page, or a frame in it; one that comes too late no longer counts. */
   touched(): void {
     this.look();
     this.touchedAt = this.port.now();
@@ -94,7 +94,7 @@ export class TouchLock {
   private keep(): void {
     const { locked } = this.page.get();
     quietly(() => {
-      this.shelf.setItem(KEY, JSON.stringify({ ...this.choice.get(), locked }));
+      this.storage.setItem(KEY, JSON.stringify({ ...this.choice.get(), locked }));
     });
   }
 }

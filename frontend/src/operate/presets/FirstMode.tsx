@@ -81,7 +81,7 @@ function Measure() {
   );
 }
 
-/** To everybody: the arm swings because its first mode is being measured, and the way to stop it. */
+/** To everyone: the arm swings because its first mode is being measured, and the way to stop it. */
 export function FirstModeBar() {
   const operations = useService(Operations);
   const doing = usePage(({ firstMode: state }) => (state?.state === "running" ? state.doing : ""));

@@ -1,4 +1,4 @@
-import { api, told } from "../../api/rest";
+import { api, dataOf } from "../../api/rest";
 import type { components } from "../../api/schema";
 import type { FirstModeState } from "../../api/types";
 import { DASH, hertz, localDate, millimetres, percent, plain } from "../../ui/format";
@@ -10,9 +10,9 @@ export type PlantNumber = Schemas["PlantNumber"];
 
 /** What is known of the first mode, and its measurement. */
 export const firstMode = {
-  read: () => told(api.GET("/api/first-mode")),
-  measure: () => told(api.POST("/api/first-mode/measure", { body: { travel: TRAVEL, repeats: REPEATS } })),
-  stop: () => told(api.POST("/api/first-mode/stop")),
+  read: () => dataOf(api.GET("/api/first-mode")),
+  measure: () => dataOf(api.POST("/api/first-mode/measure", { body: { travel: TRAVEL, repeats: REPEATS } })),
+  stop: () => dataOf(api.POST("/api/first-mode/stop")),
 };
 
 /** How far the tip moves from one side of its rest to the other [m], and how often there and back. */
@@ -43,13 +43,13 @@ export function modeFacts({ zeta, kappa, mode, observer_kappa }: FirstModeInForc
 }
 
 /** A measurement this much nearer or farther tells nothing new: half or twice the true one is as good. */
-const NEAR = 1.3;
+const RATIO_AGREES_MAX = 1.3;
 
 /** The kappa that the observer could have instead: the measured one, or the table's again; null where it has that. */
 export function kappaToOffer({ mode, observer_kappa: now }: FirstModeInForce): number | null {
   const measured = mode === null ? 1 : Math.max(1, mode.kappa.value);
   const apart = Math.max(now / measured, measured / now);
-  if (apart > NEAR) return measured;
+  if (apart > RATIO_AGREES_MAX) return measured;
   return now === 1 ? null : 1;
 }
 

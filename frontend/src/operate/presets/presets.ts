@@ -1,4 +1,4 @@
-import { api, named, told } from "../../api/rest";
+import { api, named, dataOf } from "../../api/rest";
 import type { components } from "../../api/schema";
 
 type Schemas = components["schemas"];
@@ -10,10 +10,10 @@ export type Plant = Schemas["PlantBody"]["plant"];
 
 /** Presets of gains, and the choice of actuator and plant. */
 export const presets = {
-  gains: () => told(api.GET("/api/gains")),
-  save: (name: string) => told(api.PUT("/api/gains/{name}", named(name))),
-  remove: (name: string) => told(api.DELETE("/api/gains/{name}", named(name))),
-  actuators: () => told(api.GET("/api/rig/actuator")),
+  gains: () => dataOf(api.GET("/api/gains")),
+  save: (name: string) => dataOf(api.PUT("/api/gains/{name}", named(name))),
+  remove: (name: string) => dataOf(api.DELETE("/api/gains/{name}", named(name))),
+  actuators: () => dataOf(api.GET("/api/rig/actuator")),
   plant: (plant: Plant) => api.PUT("/api/rig/plant", { body: { plant } }),
   observerKappa: (kappa: number) => api.PUT("/api/rig/observer-kappa", { body: { kappa } }),
   change: (body: ActuatorBody) => api.PUT("/api/rig/actuator", { body }),

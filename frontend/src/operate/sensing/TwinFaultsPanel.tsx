@@ -45,7 +45,7 @@ export function TwinFaultsPanel() {
   const mine = usePage((page) => page.lease.mine);
   const [faults, setFaults] = useState(OFF);
   useEffect(() => {
-    // What is injected lives in the rig: asked for anew with every life of it, and when control changes hands.
+    // What is injected lives in the rig: asked for again with every life of it, and when control changes hands.
     let current = true;
     void operations.attempt("Injected faults not known", async () => {
       const found = await twin.faults();

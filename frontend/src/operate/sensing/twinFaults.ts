@@ -1,10 +1,10 @@
-import { api, told } from "../../api/rest";
+import { api, dataOf } from "../../api/rest";
 import type { components } from "../../api/schema";
 
 export type TwinFaults = components["schemas"]["TwinFaults-Output"];
 
 /** Faults of the twin, live. */
 export const twin = {
-  faults: () => told(api.GET("/api/twin/faults")),
-  inject: (faults: TwinFaults) => told(api.PUT("/api/twin/faults", { body: faults })),
+  faults: () => dataOf(api.GET("/api/twin/faults")),
+  inject: (faults: TwinFaults) => dataOf(api.PUT("/api/twin/faults", { body: faults })),
 };

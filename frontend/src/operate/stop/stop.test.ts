@@ -12,7 +12,7 @@ const TAKEN: CommandReply = { n: 1, accepted: true, mode: 6, cause: 1, detail: "
 const SIGNED_OUT = new Refusal(401, "sign in first", true);
 
 /** A page whose ways can be cut, on a clock that is set by hand. */
-class Bench {
+class FakePage {
   open = true;
   readonly sent: number[] = [];
   readonly asked: Answer[] = [];
@@ -62,7 +62,7 @@ async function settled(): Promise<void> {
 }
 
 test("a press goes both ways at once, and the first that arrives is named", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.stop.press();
   expect([page.sent, page.asked.length, page.news?.phase]).toEqual([[1], 1, "sent"]);
   page.stop.answered(1, "");
@@ -74,7 +74,7 @@ test("a press goes both ways at once, and the first that arrives is named", asyn
 });
 
 test("without a cookie it arrives by the socket that is still open, and says why HTTP did not take it", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.stop.press();
   await page.http(SIGNED_OUT);
   page.stop.answered(1, "");
@@ -83,7 +83,7 @@ test("without a cookie it arrives by the socket that is still open, and says why
 });
 
 test("without a socket it arrives by HTTP", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.open = false;
   page.stop.press();
   await page.http(TAKEN);
@@ -94,7 +94,7 @@ test("without a socket it arrives by HTTP", async () => {
 });
 
 test("where no way is left it says so, with the reasons, and goes on trying the one that may come back", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.open = false;
   page.stop.press();
   await page.http(SIGNED_OUT);
@@ -111,7 +111,7 @@ test("where no way is left it says so, with the reasons, and goes on trying the 
 });
 
 test("a server that cannot be reached is asked again every half second for 10 s, and it is logged once", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.open = false;
   page.stop.press();
   for (let tries = 0; tries < 30; tries++) {
@@ -124,7 +124,7 @@ test("a server that cannot be reached is asked again every half second for 10 s,
 });
 
 test("silence on both ways for a second is said, too", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.stop.press();
   await page.pass(900);
   expect(page.news?.phase).toBe("sent");
@@ -134,7 +134,7 @@ test("silence on both ways for a second is said, too", async () => {
 });
 
 test("every press is an E-STOP of its own, and answers to an earlier one are not its own", () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.stop.press();
   page.stop.answered(1, "");
   page.stop.press();
@@ -146,7 +146,7 @@ test("every press is an E-STOP of its own, and answers to an earlier one are not
 });
 
 test("what has arrived is no news once the rig was cleared, whatever still answers", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.stop.press();
   page.stop.answered(1, "");
   page.stop.cleared();
@@ -160,7 +160,7 @@ test("what has arrived is no news once the rig was cleared, whatever still answe
 });
 
 test("a clear of an earlier E-STOP does not silence one that has not arrived", async () => {
-  const page = new Bench();
+  const page = new FakePage();
   page.stop.press();
   page.stop.cleared();
   expect(page.news?.phase).toBe("sent");

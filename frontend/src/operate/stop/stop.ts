@@ -1,4 +1,4 @@
-import { api, Refusal, told } from "../../api/rest";
+import { api, Refusal, dataOf } from "../../api/rest";
 import type { CommandReply } from "../../api/types";
 import type { Page, StopNews } from "../../live/page";
 import { MODE } from "../../live/modes";
@@ -33,7 +33,7 @@ export interface StopPort {
 const TRIES = 20;
 const RETRY_MS = 500;
 /** Tries without any answer after which it is said that nothing arrives. */
-const PATIENCE = 2;
+const TRIES_MAX = 2;
 const ARRIVED_SHOWN_MS = 4000;
 const LOST_SHOWN_MS = 30_000;
 const TITLE = "E-STOP did not reach the rig: use the hardware stop";
@@ -41,7 +41,7 @@ const TITLE = "E-STOP did not reach the rig: use the hardware stop";
 /** By HTTP it goes before what else the browser fetches, and goes on when the page is closed. */
 export function stopByHttp(): Promise<CommandReply> {
   const how: RequestInit = { priority: "high", keepalive: true };
-  return told(api.POST("/api/command", { ...how, body: { request: "e_stop" } }));
+  return dataOf(api.POST("/api/command", { ...how, body: { request: "e_stop" } }));
 }
 
 /** E-STOP: for every viewer, in every state, at once by every way there is, until one of them has arrived. */
@@ -118,7 +118,7 @@ export class EmergencyStop {
   }
 
   private isLost(): boolean {
-    const open = this.has("waiting").length > 0 && this.tries <= PATIENCE;
+    const open = this.has("waiting").length > 0 && this.tries <= TRIES_MAX;
     return this.has("arrived").length === 0 && !open;
   }
 

@@ -62,7 +62,7 @@ test("a button that is down when the gamepad is met is no press", () => {
   expect(hand.calls).toEqual(["press"]);
 });
 
-test("after a stop by the rig the held stick moves nothing until the button is pressed anew", () => {
+test("after a stop by the rig the held stick moves nothing until the button is pressed again", () => {
   const { hand, feed } = padOf();
   feed(rest, right, right);
   hand.allowed = false;

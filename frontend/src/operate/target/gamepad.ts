@@ -26,7 +26,7 @@ const DEAD_ZONE = 0.15;
 /** The target runs at most this far ahead of the reference: out of reach it waits at the edge [m]. */
 const LEAD = 0.02;
 /** A reading later than this moves the target no further [s]. */
-const LONGEST_STEP = 0.05;
+const STEP_MAX_S = 0.05;
 const A = 0;
 const B = 1;
 const RIGHT_SHOULDER = 5;
@@ -64,7 +64,7 @@ export class PadHand {
     const { clutch, hold } = reading;
     const pressed = { clutch: clutch && !this.before.clutch, hold: hold && !this.before.hold };
     this.before = { clutch, hold };
-    const step = Math.min(LONGEST_STEP, (now - this.seen) / 1e3);
+    const step = Math.min(STEP_MAX_S, (now - this.seen) / 1e3);
     this.seen = now;
     if (!clutch) this.letGo();
     if (pressed.hold) {

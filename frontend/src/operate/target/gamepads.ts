@@ -3,7 +3,7 @@ import type { Page } from "../../live/page";
 import type { Store } from "../../ui/store";
 import type { Ticker } from "../../ui/ticker";
 import type { Operations } from "../operations";
-import type { Aim } from "./target";
+import type { TargetControl } from "./targetControl";
 import { PadHand, readingOf } from "./gamepad";
 
 const RATE = 60;
@@ -12,7 +12,7 @@ const FULL_STICK = 0.1;
 
 /** The parts of the dashboard that a gamepad moves or asks. */
 export interface PadParts {
-  readonly aim: Aim;
+  readonly targetControl: TargetControl;
   readonly live: Live;
   readonly page: Store<Page>;
   readonly operations: Operations;
@@ -25,12 +25,12 @@ export class Gamepads {
   private stop: (() => void) | null = null;
 
   constructor(private readonly parts: PadParts) {
-    const { aim, live, page, operations } = parts;
+    const { targetControl, live, page, operations } = parts;
     this.hand = new PadHand({
-      press: () => aim.press(),
-      move: (point) => aim.move(point, false, true),
+      press: () => targetControl.press(),
+      move: (point) => targetControl.move(point, false, true),
       release: () => {
-        aim.release();
+        targetControl.release();
       },
       hold: () => {
         operations.holdByKey();

@@ -27,14 +27,14 @@ export interface RigTarget {
 
 const SAME_M = 1e-6;
 /** A wish let go that the rig does not echo within this time was not taken. */
-const PATIENCE_MS = 500;
+const WISH_SHOWN_MS = 500;
 
 /** The operator's wish, hollow until the rig echoes it; without a wish, where the rig's own target stands. */
 export function handleOf(wish: Wish | null, rig: RigTarget, now: number): Handle | null {
   if (rig.mode === null) return null;
   if (!isMovable(rig.mode)) return rig.tip && { point: rig.tip, acknowledged: false, movable: false };
   const following = rig.mode === MODE.FOLLOW;
-  if (wish && (wish.held || now - wish.at < PATIENCE_MS)) {
+  if (wish && (wish.held || now - wish.at < WISH_SHOWN_MS)) {
     const acknowledged = following && rig.target !== null && samePoint(rig.target, wish.point);
     return { point: wish.point, acknowledged, movable: true };
   }

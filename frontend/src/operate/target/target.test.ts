@@ -1,5 +1,5 @@
 import { beforeEach, expect, test } from "vitest";
-import { TargetSender } from "./target";
+import { TargetSender } from "./targetControl";
 
 interface Sent {
   readonly id: number;

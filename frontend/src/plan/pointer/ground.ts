@@ -27,7 +27,7 @@ export interface Hold {
   readonly target: Point;
 }
 
-/** A plan that is laid out anew may differ by less than this [px]. */
+/** A plan that is laid out again may differ by less than this [px]. */
 const SAME_PX = 0.5;
 /** A window may have four CSS pixels for one of the screen (25 % zoom), and positions are rounded. */
 const LEAST_ZOOM = 4;

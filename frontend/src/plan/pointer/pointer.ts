@@ -1,6 +1,6 @@
 import type { Point } from "../../api/types";
 import { distance } from "../../drawing/piece";
-import type { Aim } from "../../operate/target/target";
+import type { TargetControl } from "../../operate/target/targetControl";
 import { pan, toPixel, zoomAbout, type Size, type View } from "../transform";
 import { isCarried, isSameGround, planeAt, targetAt, type Ground, type Hold, type Spot } from "./ground";
 import type { Gesture } from "./pens";
@@ -49,7 +49,7 @@ export class PlanPointer {
   constructor(
     private readonly canvas: HTMLCanvasElement,
     private readonly on: PlanSurface,
-    private readonly aim: Pick<Aim, "handle" | "move" | "release" | "abort">,
+    private readonly targetControl: Pick<TargetControl, "handle" | "move" | "release" | "abort">,
   ) {}
 
   /** Start listening; returns how to stop. */
@@ -84,7 +84,7 @@ export class PlanPointer {
     const { grip } = this;
     if (grip?.kind !== "target" && grip?.kind !== "gesture") return;
     this.grip = { kind: "dead" };
-    if (grip.kind === "target") this.aim.abort(MOVED);
+    if (grip.kind === "target") this.targetControl.abort(MOVED);
     else grip.gesture.end();
   }
 
@@ -129,7 +129,7 @@ export class PlanPointer {
   /** Take the handle where it was touched: it does not jump under the pointer. */
   private targetGrip(event: PointerEvent, ground: Ground): Grip {
     const target = this.handle();
-    if (!target || !this.isNear(event, ground) || !this.aim.move(target, true, true)) return null;
+    if (!target || !this.isNear(event, ground) || !this.targetControl.move(target, true, true)) return null;
     const hold = { ground, pressed: clientOf(event), target };
     return { kind: "target", id: event.pointerId, hold, last: spotOf(event) };
   }
@@ -142,7 +142,7 @@ export class PlanPointer {
       return;
     }
     this.grip.last = spot;
-    this.aim.move(targetAt(this.grip.hold, spot.client), false, true);
+    this.targetControl.move(targetAt(this.grip.hold, spot.client), false, true);
   }
 
   /** Every position since the last frame: a fast stroke stays round. */
@@ -182,7 +182,7 @@ export class PlanPointer {
     this.check();
     this.touching.delete(event.pointerId);
     if (this.grip?.kind === "target" && this.grip.id === event.pointerId) {
-      this.aim.release();
+      this.targetControl.release();
       this.grip = null;
     }
     if (this.grip?.kind === "gesture" && this.grip.id === event.pointerId)
@@ -207,7 +207,7 @@ export class PlanPointer {
 
   /** Where the target's handle is [m]. */
   private handle(): Point | null {
-    return this.aim.handle(performance.now())?.point ?? null;
+    return this.targetControl.handle(performance.now())?.point ?? null;
   }
 
   private isNear(event: PointerEvent, ground: Ground): boolean {

@@ -2,7 +2,7 @@ import type uPlot from "uplot";
 import type { RecordingState } from "../../api/types";
 import type { Ink } from "../../ui/colours";
 
-/** A place on the time axis that somebody marked, in the x of the plot. */
+/** A place on the time axis that someone marked, in the x of the plot. */
 export interface PlotMark {
   readonly at: number;
   readonly text: string;

@@ -14,7 +14,7 @@ import { emptyData, extractWindow, niceRange, type PlotData } from "./window";
 const DOT_EVERY = 6;
 const PX_PER_COLUMN = 2;
 const SELECTED_PX = 4;
-/** A picture that follows the rig is painted anew when it has moved by this time [s], or this part of its width. */
+/** A picture that follows the rig is painted again when it has moved by this time [s], or this part of its width. */
 const STEP_S = 0.05;
 const STEP = 1e-3;
 

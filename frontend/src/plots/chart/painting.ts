@@ -9,7 +9,7 @@ const TOGETHER = 4;
 
 /**
  * Keeps all charts up to date. While they follow the rig they take turns, on average one in a frame, but several of them
- * in the same frame: the browser lays the whole page together anew in every frame in which anything was painted.
+ * in the same frame: the browser lays the whole page together again in every frame in which anything was painted.
  */
 export class Painting {
   private readonly charts: ChartPainter[] = [];

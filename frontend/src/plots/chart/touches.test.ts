@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import { dragged } from "./touches";
-import { LONGEST, SHORTEST } from "./view";
+import { SPAN_MAX_S, SPAN_MIN_S } from "./view";
 
 const TEN = { from: 100, to: 110 };
 
@@ -19,5 +19,5 @@ test("fingers that meet, or never end to go apart, stay within what can be shown
   expect(dragged(TEN, 200, [[100, 0], [140, 0]], [[100, 0], [101, 0]])).toEqual({ from: 95.95, to: 115.95 }); // prettier-ignore
   const [near, far] = [[[0, 0], [20, 0]], [[0, 0], [1e6, 0]]] as const; // prettier-ignore
   const [short, long] = [dragged(TEN, 200, near, far), dragged(TEN, 200, far, near)];
-  expect([short.to - short.from, long.to - long.from].map((width) => Number(width.toFixed(6)))).toEqual([SHORTEST, LONGEST]); // prettier-ignore
+  expect([short.to - short.from, long.to - long.from].map((width) => Number(width.toFixed(6)))).toEqual([SPAN_MIN_S, SPAN_MAX_S]); // prettier-ignore
 });

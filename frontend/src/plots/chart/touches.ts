@@ -1,4 +1,4 @@
-import { LONGEST, SHORTEST, type Gesture, type Range } from "./view";
+import { SPAN_MAX_S, SPAN_MIN_S, type Gesture, type Range } from "./view";
 
 /** Where a finger is on a chart [px]. */
 export type Place = readonly [number, number];
@@ -16,7 +16,7 @@ export function dragged(
   after: readonly Place[],
 ): Range {
   const long = range.to - range.from;
-  const wanted = Math.min(LONGEST, Math.max(SHORTEST, (long * spread(before)) / spread(after)));
+  const wanted = Math.min(SPAN_MAX_S, Math.max(SPAN_MIN_S, (long * spread(before)) / spread(after)));
   const held = range.from + (middle(before) / width) * long;
   const from = held - (middle(after) / width) * wanted;
   return { from, to: from + wanted };

@@ -27,8 +27,8 @@ export interface Now {
 }
 
 export const FOLLOWING: View = { stoppedAt: null, byZoom: false, zoom: null };
-export const SHORTEST = 0.05;
-export const LONGEST = 600;
+export const SPAN_MIN_S = 0.05;
+export const SPAN_MAX_S = 600;
 
 export function visible(view: View, now: Now): Range {
   const to = view.stoppedAt ?? now.newest;
@@ -48,7 +48,7 @@ export function paused(now: Now): View {
 
 /** Stop the picture at a range of it; one that is too short for the eye is not taken. */
 export function zoomed(view: View, range: Range, now: Now): View {
-  if (!(range.to - range.from >= SHORTEST)) return view;
+  if (!(range.to - range.from >= SPAN_MIN_S)) return view;
   const byZoom = view.stoppedAt === null || view.byZoom;
   return { zoom: range, stoppedAt: view.stoppedAt ?? now.newest, byZoom };
 }
@@ -56,7 +56,7 @@ export function zoomed(view: View, range: Range, now: Now): View {
 /** Show `factor` times as long a time; what is at `about` stays where it is. */
 export function scaled(view: View, factor: number, about: number, now: Now): View {
   const { from, to } = visible(view, now);
-  const wanted = Math.min(LONGEST, Math.max(SHORTEST, (to - from) * factor));
+  const wanted = Math.min(SPAN_MAX_S, Math.max(SPAN_MIN_S, (to - from) * factor));
   const real = wanted / (to - from);
   return zoomed(view, { from: about - (about - from) * real, to: about + (to - about) * real }, now);
 }

@@ -73,7 +73,7 @@ test("the past of a channel that is chosen later comes later, and lands in its p
   expect(ring.since).toBe(10);
 });
 
-test("a page whose channels changed while it was offline begins anew", () => {
+test("a page whose channels changed while it was offline begins again", () => {
   const ring = ringOf(10);
   ring.push(bins(range(0, 5), (t) => t));
   ring.choose([0, 1]);
@@ -95,7 +95,7 @@ test("the past comes after the present, piece by piece backwards, until the ring
   expect(lowsOf(ring, 0)).toEqual(range(96, 106));
 });
 
-test("a channel that is no longer chosen is dropped, and one that nobody chose is not kept", () => {
+test("a channel that is no longer chosen is dropped, and one that no one chose is not kept", () => {
   const ring = ringOf(8);
   ring.push(bins([1, 2], (t) => t));
   ring.choose([1]);
@@ -104,7 +104,7 @@ test("a channel that is no longer chosen is dropped, and one that nobody chose i
   expect(ring.length).toBe(3);
 });
 
-test("the ring begins anew with the rig, whatever its clock says", () => {
+test("the ring begins again with the rig, whatever its clock says", () => {
   const ring = ringOf(8);
   ring.push(bins(range(100, 105), (t) => t));
   ring.clear();

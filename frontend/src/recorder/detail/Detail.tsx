@@ -19,7 +19,7 @@ import { Signals } from "./Signals";
 
 /** After the quick look stands: leafing through recordings starts none, and its first cursor does not wait [ms]. */
 const CALM_MS = 500;
-/** How long a viewer that nobody looks at is kept [ms]. */
+/** How long a viewer that no one looks at is kept [ms]. */
 const KEPT_MS = 120_000;
 
 type Sight = "quick" | "figures" | "plots" | "3d";

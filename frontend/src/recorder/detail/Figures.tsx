@@ -10,7 +10,7 @@ interface State {
   readonly problem: string;
 }
 
-/** All figures of a recording, whole and of each cycle, taken anew by the server. */
+/** All figures of a recording, whole and of each cycle, taken again by the server. */
 export function Figures({ id }: { readonly id: string }) {
   const [{ measured, problem }, setState] = useState<State>({ measured: null, problem: "" });
   useEffect(() => {

@@ -49,7 +49,7 @@ test("badges say what is wrong or special, and why", () => {
   expect(marksOf(damaged, false)).toEqual([{ text: "problem", reason: "its data is missing", bad: true }]);
 });
 
-test("a recording is settled once its figures are there, or nobody will take them", () => {
+test("a recording is settled once its figures are there, or no one will take them", () => {
   const end = Date.parse(base.started) + 1e3 * base.seconds;
   expect(isSettled(base, end + 1000)).toBe(false);
   expect(isSettled(base, end + 3600e3)).toBe(true);

@@ -35,13 +35,13 @@ export function nextOrder(order: Order, column: Column): Order {
 /** How long after its end a recording may wait for its figures [ms]. */
 const MEASURING_MS = 120_000;
 
-/** Nothing of it changes by itself any more: its figures were taken, or nobody will take them. */
+/** Nothing of it changes by itself any more: its figures were taken, or no one will take them. */
 export function isSettled({ metrics, imported, problem, started, seconds }: Recording, now: number): boolean {
   const end = Date.parse(started) + 1e3 * seconds;
   return metrics !== null || imported || problem !== "" || now - end > MEASURING_MS;
 }
 
-/** Its picture is being made: it is an older one, and somebody looks at it for the first time. */
+/** Its picture is being made: it is an older one, and someone looks at it for the first time. */
 export function wantsPicture({ thumbnail, complete, problem }: Recording): boolean {
   return thumbnail === null && complete && problem === "";
 }

@@ -182,7 +182,7 @@ export function PlotsAndPath({
 /** Columns of plots where the page is wide; in one column only the first axis is seen. */
 const COLUMNS = 2;
 
-/** Lets the plots say what they show, without drawing them and the path anew. */
+/** Lets the plots say what they show, without drawing them and the path again. */
 interface SharedAxes {
   readonly show: (range: TimeWindow) => void;
 }

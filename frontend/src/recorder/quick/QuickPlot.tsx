@@ -174,7 +174,7 @@ function goTo(plot: uPlot, at: number): void {
   plot.setCursor({ left: plot.valToPos(at, "x"), top: plot.bbox.height / devicePixelRatio / 2 });
 }
 
-/** What somebody chose to see of its time, null where that is all of it or what was shown `first`. */
+/** What someone chose to see of its time, null where that is all of it or what was shown `first`. */
 function windowOf({ scales, data }: uPlot, first: TimeWindow | null): TimeWindow | null {
   const [from, to] = [scales.x.min ?? 0, scales.x.max ?? 0];
   const [begin, end] = [data[0].at(0) ?? 0, data[0].at(-1) ?? 0];

@@ -4,7 +4,7 @@ import { ControlButton } from "../../operate/ControlButton";
 import { useService } from "../../ui/services";
 import { Macros, stepText } from "./macros";
 
-/** To everybody: the macro that runs, its step, and the way to stop it. */
+/** To everyone: the macro that runs, its step, and the way to stop it. */
 export function MacroBar() {
   const macros = useService(Macros);
   const macro = usePage((page) => page.macro);

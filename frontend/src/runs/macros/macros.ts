@@ -1,4 +1,4 @@
-import { api, named, told } from "../../api/rest";
+import { api, named, dataOf } from "../../api/rest";
 import type { Macro, MacroState, MacroStep } from "../../api/types";
 import type { Page } from "../../live/page";
 import type { Operations } from "../../operate/operations";
@@ -36,12 +36,12 @@ export interface MacrosState {
 }
 
 const server = {
-  list: () => told(api.GET("/api/macros")),
+  list: () => dataOf(api.GET("/api/macros")),
   keep: (name: string, steps: readonly MacroStep[]) =>
-    told(api.PUT("/api/macros/{name}", { ...named(name), body: { steps: [...steps] } })),
-  remove: (name: string) => told(api.DELETE("/api/macros/{name}", named(name))),
-  run: (name: string) => told(api.POST("/api/macros/{name}/run", named(name))),
-  stop: () => told(api.POST("/api/macros/stop")),
+    dataOf(api.PUT("/api/macros/{name}", { ...named(name), body: { steps: [...steps] } })),
+  remove: (name: string) => dataOf(api.DELETE("/api/macros/{name}", named(name))),
+  run: (name: string) => dataOf(api.POST("/api/macros/{name}/run", named(name))),
+  stop: () => dataOf(api.POST("/api/macros/stop")),
 };
 
 /** The macros that the server keeps for this browser: written, run and stopped; who looks is told how one ended. */

@@ -5,7 +5,7 @@ import { EMPTY_PAGE, type Page } from "../../live/page";
 import { MODE } from "../../live/modes";
 import { Store } from "../../ui/store";
 import { Operations } from "../operations";
-import { Aim } from "./target";
+import { TargetControl } from "./targetControl";
 import { handleOf, type RigTarget } from "./handle";
 
 test("letting go is said once, after the last move; with the clutch on no move comes after it", () => {
@@ -13,13 +13,13 @@ test("letting go is said once, after the last move; with the clutch on no move c
   const lease = { held: true, mine: true, holder: "me", clutch: true };
   const page = new Store<Page>({ ...EMPTY_PAGE, online: true, rigLive: true, mode: MODE.HOLD, lease });
   const send = (message: FromBrowser) => sent.push(message) > 0;
-  const aim = new Aim(new Live(), page, new Operations(page, () => undefined), { send });
-  aim.release();
+  const targetControl = new TargetControl(new Live(), page, new Operations(page, () => undefined), { send });
+  targetControl.release();
   expect(sent).toEqual([]);
-  aim.move([0.1, 0], true, true);
-  aim.move([0.2, 0], false, true);
-  aim.release();
-  aim.release();
+  targetControl.move([0.1, 0], true, true);
+  targetControl.move([0.2, 0], false, true);
+  targetControl.release();
+  targetControl.release();
   expect(sent.map(({ type }) => type)).toEqual(["target", "release"]);
 });
 
@@ -50,17 +50,19 @@ test("while vented the handle rests on the tip and cannot be moved", () => {
 test("when the rig falls to HOLD in the middle of a drag, the drag moves nothing until a new press", () => {
   const lease = { held: true, mine: true, holder: "me", clutch: false };
   const page = new Store({ ...EMPTY_PAGE, online: true, rigLive: true, lease });
-  const aim = new Aim(new Live(), page, new Operations(page, () => undefined), { send: () => true });
+  const targetControl = new TargetControl(new Live(), page, new Operations(page, () => undefined), {
+    send: () => true,
+  });
   page.patch({ mode: MODE.HOLD });
-  expect(aim.move([0.1, 0], true, true)).toBe(true);
-  expect(aim.move([0.11, 0], false, true)).toBe(true);
+  expect(targetControl.move([0.1, 0], true, true)).toBe(true);
+  expect(targetControl.move([0.11, 0], false, true)).toBe(true);
   page.patch({ mode: MODE.FOLLOW });
-  expect(aim.move([0.12, 0], false, true)).toBe(true);
+  expect(targetControl.move([0.12, 0], false, true)).toBe(true);
   page.patch({ mode: MODE.HOLD });
-  expect(aim.move([0.13, 0], false, true)).toBe(false);
+  expect(targetControl.move([0.13, 0], false, true)).toBe(false);
   expect(page.get().hint).toContain("press again");
-  expect(aim.move([0.13, 0], true, true)).toBe(true);
+  expect(targetControl.move([0.13, 0], true, true)).toBe(true);
   page.patch({ mode: MODE.VENTED });
-  expect(aim.move([0.14, 0], true, true)).toBe(false);
+  expect(targetControl.move([0.14, 0], true, true)).toBe(false);
   expect(page.get().hint).toBe("Arm first");
 });

@@ -15,7 +15,7 @@ interface Shown {
 }
 
 /** The rig across a room: its state and a few numbers as large as the screen allows. State and E-STOP stay at the edge. */
-export function Wall() {
+export function WallDisplay() {
   const page = useService(PageStore);
   const live = useService(Live);
   const alive = usePage((state) => state.online && state.rigLive);

@@ -30,7 +30,7 @@ const KEPT = 10_000;
 const HINT_MS = 4000;
 
 /** The operator's hand on the target: by pointer, arrow keys, gamepad, or the Follow button. */
-export class Aim {
+export class TargetControl {
   readonly targets: TargetSender;
   private wish: Wish | null = null;
   /** The rig followed the present drag: if it holds now, only a new press may move it again. */
@@ -111,7 +111,7 @@ export class Aim {
     this.hint(reason);
   }
 
-  /** Switch the held clutch; a motion that nobody holds then ends. */
+  /** Switch the held clutch; a motion that no one holds then ends. */
   async setClutch(clutch: boolean): Promise<void> {
     await this.operations.setClutch(clutch);
     if (clutch && this.page.get().mode === MODE.FOLLOW) this.socket.send({ type: "release", hold: false });

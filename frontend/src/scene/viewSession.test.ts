@@ -4,7 +4,7 @@ import { EMPTY_PAGE } from "../live/page";
 import { FIRST_CHOICE } from "../runs/runs";
 import { Replay } from "./replay";
 import type { Lines, Playback, SceneRole } from "./scene";
-import { sceneLines, Seat } from "./seat";
+import { sceneLines, ViewSession } from "./viewSession";
 
 beforeEach(() => vi.useFakeTimers());
 afterEach(() => vi.useRealTimers());
@@ -16,9 +16,9 @@ const LINE: Lines = [
   ],
 ];
 
-test("a seat is told the newest of what is shown once its frame is there, and again when the server is back", async () => {
+test("a view session is told the newest of what is shown once its frame is there, and again when the server is back", async () => {
   const told: [SceneRole, number][] = [];
-  const seat = new Seat({
+  const viewSession = new ViewSession({
     look: () => Promise.resolve(null),
     path: (_, role, lines) => {
       told.push([role, lines.length]);
@@ -26,20 +26,20 @@ test("a seat is told the newest of what is shown once its frame is there, and ag
     },
   });
   const nothing = { reference: [], ghost: [], outside: [] };
-  seat.show({ ...nothing, reference: LINE });
+  viewSession.show({ ...nothing, reference: LINE });
   await vi.runAllTimersAsync();
   expect(told).toEqual([]);
-  seat.arrived("dark");
+  viewSession.arrived("dark");
   await vi.runAllTimersAsync();
-  seat.show({ ...nothing, reference: LINE, ghost: LINE });
-  seat.show({ ...nothing, ghost: LINE });
+  viewSession.show({ ...nothing, reference: LINE, ghost: LINE });
+  viewSession.show({ ...nothing, ghost: LINE });
   await vi.runAllTimersAsync();
   expect(told).toEqual([
     ["reference", 1],
     ["reference", 0],
     ["ghost", 1],
   ]);
-  seat.arrived("dark");
+  viewSession.arrived("dark");
   await vi.runAllTimersAsync();
   expect(told.at(-1)).toEqual(["ghost", 1]);
 });
@@ -61,7 +61,7 @@ test("a replay follows the server's clock, stands at the end and begins again fr
     play: (_: string, body: { recording: string; at?: number; playing?: boolean; rate?: number }) =>
       Promise.resolve<Playback>({ duration: 4, at: 0, playing: false, rate: 1, ...body }),
   };
-  const replay = new Replay("one", "seat", port, () => now);
+  const replay = new Replay("one", "session", port, () => now);
   await replay.steer({ playing: true, rate: 2 });
   now = 1000;
   expect(replay.at()).toBe(2);

@@ -11,13 +11,13 @@ export type SceneLines = Readonly<Record<SceneRole, Lines>>;
 
 const ROLES: readonly SceneRole[] = ["reference", "ghost", "outside"];
 const NOTHING: SceneLines = { reference: [], ghost: [], outside: [] };
-const PATIENCE_MS = 150;
+const REPORT_DELAY_MS = 150;
 /** Hundredths of a millimetre are enough for a picture. */
 const PER_METRE = 1e5;
 
 /** One 3D frame as the server knows it: what is said here changes this frame alone. */
-export class Seat {
-  readonly id = seatId();
+export class ViewSession {
+  readonly id = sessionId();
   private wished = NOTHING;
   private told = NOTHING;
   private timer: ReturnType<typeof setTimeout> | undefined;
@@ -49,7 +49,7 @@ export class Seat {
 
   private tellSoon(): void {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => void this.tell(), PATIENCE_MS);
+    this.timer = setTimeout(() => void this.tell(), REPORT_DELAY_MS);
   }
 
   private async tell(): Promise<void> {
@@ -87,7 +87,7 @@ function rounded(lines: readonly (readonly Point[])[]): Lines {
   return lines.filter((line) => line.length > 1).map((line) => line.map(([x, y]) => [grid(x), grid(y)]));
 }
 
-function seatId(): string {
+function sessionId(): string {
   const digits = crypto.getRandomValues(new Uint8Array(12));
   return Array.from(digits, (digit) => (digit % 36).toString(36)).join("");
 }
