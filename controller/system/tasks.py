@@ -62,14 +62,3 @@ class Tasks:
             return
         log.error("%s failed", task.get_name(), exc_info=error)
         self._tell(f"{task.get_name()} failed: {type(error).__name__}: {error}")
-
-
-async def forever(what: str, work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Do `work` until this is cancelled: whatever ends it is logged, and it begins anew a second later."""
-    while True:
-        try:
-            await work()
-            log.error("%s ended by itself, and begins anew", what)
-        except Exception:
-            log.exception("%s ended, and begins anew", what)
-        await asyncio.sleep(1.0)

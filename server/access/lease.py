@@ -32,8 +32,13 @@ class OperatorLease:
         self._term = 0
         self._lock = threading.RLock()
         self._asked: dict[str, tuple[Identity, float]] = {}
+        self._listeners: list[Callable[[Identity | None, Identity | None], None]] = []
         self.clutch = False
         """Held clutch: letting go of a target holds the rig. It stays as it is from one holder to the next."""
+
+    def listen(self, changed: Callable[[Identity | None, Identity | None], None]) -> None:
+        """Call `changed` with the holder before and the one of now at every change, in whatever thread it is made."""
+        self._listeners.append(changed)
 
     @property
     def holder(self) -> Identity | None:
@@ -113,9 +118,11 @@ class OperatorLease:
                 self._heard = self._now()
 
     def _pass_to(self, who: Identity | None) -> None:
-        before = self._holder
-        self._term += (before and before.id) != (who and who.id)
-        self._holder = who
+        before, self._holder = self._holder, who
+        if (before and before.id) != (who and who.id):
+            self._term += 1
+            for changed in self._listeners:
+                changed(before, who)
 
     def view(self, who: Identity) -> Lease:
         """The lease as `who` sees it."""

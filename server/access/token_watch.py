@@ -17,8 +17,10 @@ from server.access.sessions import Sessions
 from server.access.tokens import Secrets, TokenFile
 from server.log.events import EventLog
 
-PERIOD = 1.0
-"""Seconds between two looks at the file: a token that is revoked ends so soon."""
+READ_S = 1.0
+"""Between two looks at the file: a token that is revoked ends so soon."""
+IN_FORCE_S = 0.1
+"""And what was read is in force so soon, a session that has ended operates so long at most."""
 CLOSED_AFTER = 10.0
 """And so soon where the file cannot be read [s]: an editor's save, or a disk that spins up, is over by then."""
 
@@ -32,12 +34,10 @@ class Read:
 
 
 class TokenWatch:
-    """`poll` looks at the file, in a thread: its disk may hang. `look` is called at every beat, and puts it in force.
+    """`poll` looks at the file, in a thread: its disk may hang. `look`, a job of the event loop, puts it in force.
 
     Sockets find out for themselves (`Sessions.ended`).
     """
-
-    watched = "the access tokens"
 
     def __init__(
         self,
@@ -104,6 +104,6 @@ class TokenWatch:
             self._events.add("an access token was changed: sessions of the old one have ended", "warning")
 
     def _run(self) -> None:
-        while not self._closed.wait(PERIOD):
+        while not self._closed.wait(READ_S):
             self.worker.turn()
             self.poll()

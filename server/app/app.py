@@ -16,7 +16,7 @@ from starlette.datastructures import State
 from controller.errors import ProcessKilled
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.origin import our_version
-from controller.system.tasks import Tasks, forever
+from controller.system.tasks import Tasks
 from recordings.exporting import export
 from server.access import page, sign_in
 from server.access.gate import Gate, admitted
@@ -89,7 +89,7 @@ MEETING = 0.1
 """Between two looks for the rig [s]."""
 THREADS = 32
 """For what requests ask of disks and processors. Where a disk hangs each that asks for it keeps one; commands to the
-rig, uploads of runs and the beat need none."""
+rig, uploads of runs and the jobs of the event loop need none."""
 
 
 class Api(FastAPI):
@@ -174,19 +174,17 @@ async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     services: Services = app.state.services
-    beat = asyncio.create_task(forever("the beat", services.beat.run))
     preparing = Tasks()
     preparing.begin("what every page asks for first", _prepare(services))
     preparing.begin("what exports need", _prepare_reader(services))
-    services.turning.start()
+    services.scheduler.start()
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
     hosts = Hosts(services.settings)
     lane = StopLane(lambda scope: admitted(scope, services.sessions, hosts), services.operator.stop)
     try:
         yield {WHOLE: lane}
     finally:
-        beat.cancel()
-        services.turning.stop()
+        services.scheduler.stop()
         await asyncio.to_thread(services.close)
 
 

@@ -11,11 +11,11 @@ from fastapi import FastAPI
 
 from controller.errors import TendrilError
 from controller.system.logs import log_in_background
+from controller.system.loop_watchdog import end_process
 from controller.system.memory import few_arenas, forget_start
 from server.app.app import create_app
 from server.app.services import open_services
 from server.app.shutdown import Server, come_to_rest
-from server.health.loop_watchdog import end_process
 from server.http.connections import Connection, Socket
 from server.http.tls import require_certificate
 from server.settings import ServerSettings

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
-from controller.system.looks import Looks
+from controller.system.event_bus import EventBus
+from controller.system.scheduler import Scheduler
 from controller.system.worker import Worker
 from recordings.format.annotations import LogLine
 from recordings.store.store import Store, default_folder
@@ -12,7 +13,7 @@ from recordings.write.writer import Recorder
 from server.access.lease import OperatorLease
 from server.access.permit import Permits
 from server.access.sessions import Sessions
-from server.access.token_watch import TokenWatch
+from server.access.token_watch import IN_FORCE_S, TokenWatch
 from server.access.tokens import Secrets, TokenFile
 from server.access.user_files import UserFiles
 from server.commissioning.commissioning import Commissioning
@@ -20,52 +21,53 @@ from server.commissioning.motion import Through
 from server.commissioning.store import CommissionedFile, CommissioningStore, commissioning_file, data_folder
 from server.drawing.store import Drawings
 from server.hardware.rig_file import RigFileKeeper
-from server.health.alarm_watch import AlarmWatch
+from server.health.alarm_watch import JUDGED_S, AlarmWatch
 from server.health.alarms import Alarms
-from server.health.beat import Beat
 from server.health.loop_health import LoopWatch
-from server.health.loop_watchdog import LoopWatchdog
-from server.health.soundness import Soundness
+from server.health.monitor import HEALTH_S, HealthMonitor
 from server.http.rates import Rates
 from server.http.refused import RefusedCounts
-from server.live.hub import Hub, Viewer
+from server.live.hub import FRAME_APART_S, FRAME_S, NEWS_S, Hub, Viewer
 from server.live.status import StatusView
 from server.log.audit import LARGEST, Audit, AuditEntry
 from server.log.event_file import EventFile
 from server.log.events import Event, EventLog, to_log
-from server.notify.watch import NotifyWatch
+from server.log.line_writer import FILE_NEWS_S
+from server.notify.notices import Notices
 from server.notify.webhook import Webhook
+from server.operate.detector import ChangeDetector
+from server.operate.events import BootChanged, LeaseChanged, SettingsChanged, TroubleChanged
 from server.operate.hand import Hands
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
+from server.operate.reactions import Reactions
 from server.operate.settings import KeptSettings
 from server.operate.stopper import Stopper
-from server.operate.watch import Watch
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.presets.change import Change
 from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
 from server.presets.first_mode.store import FirstModes, modes_file
 from server.presets.gains import GainPresets
-from server.presets.outcomes import OutcomeWatch
+from server.presets.outcomes import OUTCOME_S, OutcomeWatch
 from server.procedure.motion import Context
 from server.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
-from server.recorder.exports import Exports
+from server.recorder.exports import EXPORTS_S, Exports
 from server.recorder.folder import Reader, RecordingsFolder, Writer
-from server.recorder.quota_watch import QuotaWatch
+from server.recorder.quota_watch import QUOTA_S, QuotaWatch
 from server.recorder.review import Review
-from server.recorder.watch import RecorderWatch
+from server.recorder.watch import RECORDER_S, RecorderWatch
 from server.rig.client import Rig
-from server.rig.history import History
+from server.rig.history import History, Largest
 from server.rig.planner import Planner
 from server.runs.macros.acts import Acts
 from server.runs.macros.macros import Macros
 from server.runs.macros.store import MacroStore
 from server.runs.previews import Previews
-from server.runs.results import Results
+from server.runs.results import Results, RunEnded
 from server.runs.runs import Runs
 from server.runs.tracker import Tracker
 from server.scene.scene import Scene
@@ -118,11 +120,11 @@ class Services:
     first_mode: FirstModeMeasurement
     commissioning: Commissioning
     scene: Scene
-    turning: LoopWatchdog
-    soundness: Soundness
+    scheduler: Scheduler
+    monitor: HealthMonitor
     view: StatusView
     hub: Hub
-    beat: Beat
+    bus: EventBus
     webhook: Webhook | None
 
     def by_class(self) -> dict[type, object]:
@@ -165,8 +167,9 @@ def open_services(
     planner, reader, writer = planner or Planner(), reader or Reader(), writer or Writer()
     file = TokenFile(settings)
     secrets = file.made()
-    turning = LoopWatchdog(deadly)
-    sessions, lease = Sessions(secrets, settings.rig), OperatorLease(turning.listened)
+    scheduler = Scheduler(deadly)
+    bus = EventBus(scheduler)
+    sessions, lease = Sessions(secrets, settings.rig), OperatorLease(scheduler.watchdog.listened)
     events = EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl", Event))
     if settings.log_format == "json":
         events.listen(to_log)
@@ -198,7 +201,7 @@ def open_services(
     people = PeopleHere(pages.present, lease, operator, permits, events)
 
     automatic = Automatic(recorder, rig, review, events, lambda: operator.settings, lambda: settings.record_faults)
-    results = Results(settings.state / f"runs-{settings.rig}.json")
+    results = Results(settings.state / f"runs-{settings.rig}.json", bus.publish)
     runs = Runs(Tracker(rig, operator), planner, automatic, events, results)
     history.listen(runs.inbox.put)
     folder, exports, drawings = RecordingsFolder(store, reader), Exports(), Drawings(settings.state / "drawings")
@@ -210,6 +213,7 @@ def open_services(
     alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
     alarm_watch = AlarmWatch(
         lambda: history.newest[0] if history.newest is not None and rig.boot() is not None else None,
+        Largest(history, "server_age").take,
         loop.lateness_p99,
         lambda: pages.round_trip,
         lambda: alarms.known(lease.holder),
@@ -227,42 +231,46 @@ def open_services(
         events,
     )
     webhook = Webhook(settings.webhook.get_secret_value()) if settings.webhook else None
-    notices = NotifyWatch(settings.rig, runs.last, webhook, events)
-    if webhook:
-        history.listen(notices.rows)
+    detector = ChangeDetector(rig, lease, operator, bus)
+    history.listen(detector.rows)
+    Reactions(rig, operator, events, bus)
 
-    looks = Looks()
     parts = (rig, operator, stopper, recorder, review, scene, tokens)
     workers: list[Worker] = [part.worker for part in parts]
     workers += [webhook.worker] if webhook else []
     workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
-    soundness = Soundness(workers, looks, turning, events)
+    monitor = HealthMonitor(workers, scheduler, events)
     doing = (recorder, runs, macros, outcomes, first_mode)
-    view = StatusView(rig, lease, people, pages, operator, *doing, lambda: soundness.trouble)
-    hub = Hub(history, pages, lease, view, looks)
-    beat = Beat(
-        looks,
-        (
-            tokens,
-            Watch(rig, history, lease, operator, events),
-            outcomes,
-            runs,
-            procedures,
-            macros,
-            commissioning,
-            automatic,
-            RecorderWatch(recorder, events),
-            QuotaWatch(store, settings.recordings_quota, events),
-            exports,
-            alarm_watch,
-            notices,
-            events,
-            audit,
-            soundness,
-            hub,  # last: pages are told of this beat
-        ),
-    )
-    history.listen(beat.rows)
+    view = StatusView(rig, lease, people, pages, operator, *doing, lambda: monitor.trouble)
+    hub = Hub(history, pages, lease, view, scheduler.guard)
+    every, listen = scheduler.every, history.listen
+    with_rows = {
+        "the run": runs.look,
+        "the macro": macros.look,
+        "procedures": procedures.look,
+        "the commissioning": commissioning.look,
+        "automatic recordings": automatic.look,
+        "the live sockets": hub.frame,  # last: pages are told of what came of these
+    }
+    for name, call in with_rows.items():
+        every(FRAME_S, name, call, FRAME_APART_S)
+    listen(lambda rows: scheduler.soon(lambda: scheduler.hasten(*with_rows)))
+    every(NEWS_S, "rig, lease and settings", detector.look)
+    every(NEWS_S, "the news of the status", hub.announce, FRAME_APART_S)
+    for kind in (BootChanged, TroubleChanged, LeaseChanged, SettingsChanged, RunEnded):
+        bus.subscribe(kind, "the status of what changed", lambda event: scheduler.hasten("the news of the status"))
+    events.listen(lambda line: scheduler.hasten("the news of the status"))
+    every(IN_FORCE_S, "the access tokens", tokens.look)
+    every(RECORDER_S, "the recorder", RecorderWatch(recorder, events).look)
+    every(OUTCOME_S, "another actuator", outcomes.look)
+    every(HEALTH_S, "the server's own health", monitor.check)
+    every(JUDGED_S, "the alarms", alarm_watch.judge)
+    every(FILE_NEWS_S, "the event log", events.look)
+    every(FILE_NEWS_S, "the audit log", audit.look)
+    if webhook is not None:
+        every(FILE_NEWS_S, "the notices", Notices(settings.rig, webhook, events, bus).look)
+    every(EXPORTS_S, "exports that are fetched too late", exports.look)
+    every(QUOTA_S, "the recordings' size", QuotaWatch(store, settings.recordings_quota, events).look)
     tokens.start()
     return Services(
         settings=settings,
@@ -307,10 +315,10 @@ def open_services(
         first_mode=first_mode,
         commissioning=commissioning,
         scene=scene,
-        turning=turning,
-        soundness=soundness,
+        scheduler=scheduler,
+        monitor=monitor,
         view=view,
         hub=hub,
-        beat=beat,
+        bus=bus,
         webhook=webhook,
     )

@@ -114,7 +114,7 @@ FAULTS = (
     ),
     Fault(
         "beat-failing",
-        "a look of the server's beat raises OSError, 60 times a second for 3 s",
+        "a job of the server's event loop raises OSError each time for 3 s",
         "one line in the log; frames, status and the rig go on, an E-STOP works",
         2500.0,
     ),

@@ -48,8 +48,6 @@ Act = Callable[[Run, Motion], Awaitable[Found]]
 class Commissioning:
     """Only the event loop uses it, but for `hear` and `report`."""
 
-    watched = "the commissioning"
-
     def __init__(self, through: Through, store: CommissioningStore, file: CommissionedFile, events: EventLog) -> None:
         self._through, self._store, self._file, self._events = through, store, file, events
         self._tasks = Tasks(lambda text: events.add(text, "error"))
@@ -173,7 +171,7 @@ class Commissioning:
         run.overtaken = asked_for(request, permit)
 
     def look(self) -> None:
-        """Called at every beat: end what may not go on; give back what an earlier server has borrowed."""
+        """A job: end what may not go on; give back what an earlier server has borrowed."""
         run = self._run
         if run is not None:
             if not run.over and (why := self._why_over(run)):

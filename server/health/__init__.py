@@ -1,1 +1,1 @@
-"""How server and rig do: beat, alarms, figures, and what probes ask for."""
+"""How server and rig do: health, alarms, figures, and what probes ask for."""

@@ -9,10 +9,10 @@ from typing import Any
 from server.health.messages import AlarmLimits, Limit
 from server.log.events import EventLog
 
-PERIOD = 1.0
-"""Seconds from one judgement to the next."""
-PAUSE = 10.0
-"""Least time between two lines about the same figure [s]."""
+JUDGED_S = 1.0
+"""From one judgement to the next."""
+SAID_APART_S = 10.0
+"""Least time between two lines about the same figure."""
 MINUTE = 60
 """Judgements over which ticks are counted."""
 NAMES = {
@@ -28,43 +28,35 @@ MILLISECONDS = (1e3, " ms")
 
 
 class AlarmWatch:
-    """Judges once a second. `newest` gives the newest row, None while there is no rig; `lateness` the p99 of the last
-    ticks [s], `limits` those of the operator, `round_trip` that of the operator's page [s].
+    """`newest` gives the newest row, None while there is no rig; `command_age` the largest since it was last asked [s],
+    `lateness` the p99 of the last ticks [s], `limits` those of the operator, `round_trip` that of the operator's page.
     """
-
-    watched = "the alarms"
 
     def __init__(
         self,
         newest: Callable[[], Any | None],
+        command_age: Callable[[], float],
         lateness: Callable[[], float],
         round_trip: Callable[[], float],
         limits: Callable[[], AlarmLimits],
         events: EventLog,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._newest, self._lateness, self._round_trip = newest, lateness, round_trip
+        self._newest, self._command_age, self._lateness, self._round_trip = newest, command_age, lateness, round_trip
         self._limits, self._events, self._now = limits, events, now
-        self._due = 0.0
-        self._command_age = math.nan
         self._marks: deque[tuple[int, int]] = deque(maxlen=MINUTE + 1)
         self._red: set[str] = set()
         self._said: dict[str, float] = {}
 
-    def look(self) -> None:
-        """Look once."""
+    def judge(self) -> None:
+        """Judge the last second."""
         row = self._newest()
         if row is None:
             self._marks.clear()
             return
-        self._command_age = max(float(row["server_age"]), self._command_age)  # nan on the right is left out
-        if self._now() < self._due:
-            return
-        self._due = self._now() + PERIOD
         limits = self._limits()
         for name, value in self._figures(row).items():
             self._judge(name, value, getattr(limits, name))
-        self._command_age = math.nan
 
     def _figures(self, row: Any) -> dict[str, float]:
         """Every figure in SI units, nan where it is not known."""
@@ -75,7 +67,7 @@ class AlarmWatch:
         slots, gone = slot - self._marks[0][0], lost - self._marks[0][1]
         return {
             "round_trip": self._round_trip(),
-            "command_age": self._command_age,
+            "command_age": self._command_age(),
             "lateness_p99": self._lateness(),
             "lost_ticks": gone,
             "on_time": 1.0 - gone / slots if slots else math.nan,
@@ -83,11 +75,11 @@ class AlarmWatch:
         }
 
     def _judge(self, name: str, value: float, limit: Limit) -> None:
-        """A figure that was red is news again only after it has been good, and not before PAUSE."""
+        """A figure that was red is news again only after it has been good, and not before SAID_APART_S."""
         if not limit.passed(value, limit.amber):
             self._red.discard(name)
         fresh = limit.passed(value, limit.red) and name not in self._red
-        if fresh and self._now() - self._said.get(name, -math.inf) >= PAUSE:
+        if fresh and self._now() - self._said.get(name, -math.inf) >= SAID_APART_S:
             self._red.add(name)
             self._said[name] = self._now()
             text = f"{NAMES[name]} {_shown(name, value)} is {limit.side} the limit of {_shown(name, limit.red)}"

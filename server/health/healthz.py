@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from controller.schema.layout import Model
+from controller.system.scheduler import Scheduler
 from recordings.write.session import DISK_FREE_MIN
 from recordings.write.writer import Recorder
-from server.health.beat import Beat
-from server.health.soundness import Soundness
+from server.health.monitor import HealthMonitor
 from server.http.given import given
 from server.recorder.folder import RecordingsFolder
 from server.rig.client import Rig
 
-DISK_MAX = 2.0
-"""Longest wait for the disk's answer [s]."""
-BEAT_MAX = 2.0
-"""Age of the last beat [s] from which on the server counts as stuck."""
+DISK_ANSWER_MAX_S = 2.0
+"""Longest wait for the disk's answer."""
+JOBS_AGE_MAX_S = 2.0
+"""Since jobs were called last: from then on the server counts as stuck."""
 
 
 class Check(Model):
@@ -32,7 +32,7 @@ class Healthz(Model):
 
     ok: bool
     server: Check
-    """Its beat of 60 Hz goes on, every look of it works, and its event loop turns."""
+    """Its event loop turns, calls its jobs, and all of them work."""
     threads: Check
     """Each of them lives, turns, and has not failed within the last minute."""
     rig: Check
@@ -47,8 +47,8 @@ class Healthz(Model):
 class Probed:
     """What is looked at."""
 
-    beat: Beat
-    soundness: Soundness
+    scheduler: Scheduler
+    monitor: HealthMonitor
     rig: Rig
     recorder: Recorder
     folder: RecordingsFolder
@@ -61,7 +61,7 @@ async def healthz(probed: Probed) -> Healthz:
     """Look at every part now. No path, name or value of anybody is in it."""
     parts = {
         "server": _server(probed),
-        "threads": _check(not probed.soundness.of("threads"), "one hangs or has failed; the log says which"),
+        "threads": _check(not probed.monitor.of("threads"), "one hangs or has failed; the log says which"),
         "rig": _rig(probed),
         "recorder": _recorder(probed),
         "disk": await _answering_disk(probed),
@@ -70,11 +70,11 @@ async def healthz(probed: Probed) -> Healthz:
 
 
 def _server(probed: Probed) -> Check:
-    if probed.beat.age > BEAT_MAX:
-        return Check(ok=False, detail=f"no beat for more than {BEAT_MAX:g} s")
-    if probed.soundness.of("loop"):
+    if probed.scheduler.age > JOBS_AGE_MAX_S:
+        return Check(ok=False, detail=f"its jobs were not called for more than {JOBS_AGE_MAX_S:g} s")
+    if probed.monitor.of("loop"):
         return Check(ok=False, detail="the event loop stood still within the last minute; the log says where")
-    return _check(not probed.soundness.of("looks"), "a look at every beat fails; the log says which")
+    return _check(not probed.monitor.of("jobs"), "one of its jobs fails; the log says which")
 
 
 def _rig(probed: Probed) -> Check:
@@ -91,9 +91,9 @@ def _recorder(probed: Probed) -> Check:
 
 async def _answering_disk(probed: Probed) -> Check:
     try:
-        return await asyncio.wait_for(asyncio.to_thread(_disk, probed), DISK_MAX)
+        return await asyncio.wait_for(asyncio.to_thread(_disk, probed), DISK_ANSWER_MAX_S)
     except TimeoutError:
-        return Check(ok=False, detail=f"the disk does not answer within {DISK_MAX:g} s")
+        return Check(ok=False, detail=f"the disk does not answer within {DISK_ANSWER_MAX_S:g} s")
 
 
 def _disk(probed: Probed) -> Check:

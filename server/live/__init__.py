@@ -1,1 +1,1 @@
-"""The live socket: one beat for all viewers, what each says, and the status of everything slow."""
+"""The live socket: one frame for all viewers, what each says, and the status of everything slow."""

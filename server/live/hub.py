@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from starlette.websockets import WebSocket
 
 from controller.arrays import Rows
-from controller.system.looks import Looks
+from controller.system.scheduler import ErrorGuard
 from server.access.lease import OperatorLease
 from server.http.who import Identity
 from server.live.status import StatusView
@@ -20,9 +20,14 @@ from server.plots.feed import Feed
 from server.plots.messages import Kind
 from server.rig.history import History
 
-STATUS_PERIOD = 1.0
+FRAME_S, FRAME_APART_S = 0.02, 0.014
+"""From one frame to the next: the rig sends 60 batches a second, and may be silent."""
+NEWS_S = 0.05
+"""Between two looks for what of the status is new to pages, where no event tells."""
+STATUS_S = 1.0
+"""From one status to the next where nothing is new."""
 CROWD = 16
-"""More viewers than these get every other beat each; who operates gets all."""
+"""More viewers than these get every other frame each; who operates gets all."""
 WAITING = 256
 """Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
 
@@ -72,15 +77,13 @@ class Viewer:
 class Hub:
     """Sends to all viewers. What is the same for several of them is made once."""
 
-    watched = "the live sockets"
-
     def __init__(
-        self, history: History, pages: Pages[Viewer], lease: OperatorLease, view: StatusView, looks: Looks
+        self, history: History, pages: Pages[Viewer], lease: OperatorLease, view: StatusView, guard: ErrorGuard
     ) -> None:
-        self._history, self._pages, self._lease, self._view, self._looks = history, pages, lease, view, looks
-        self._beats = self._come = 0
+        self._history, self._pages, self._lease, self._view, self._guard = history, pages, lease, view, guard
+        self._frames = self._come = 0
         self._statuses: dict[str, str] = {}
-        """Status as JSON since the last beat, by what its viewer sees of the people."""
+        """Status as JSON since the last frame, by what its viewer sees of the people."""
         self._picture = Picture()
         self._last_key: object = None
         self._status_at = 0.0
@@ -99,19 +102,29 @@ class Hub:
             self._pages.open.discard(viewer)
             viewer.end_presence()
 
-    def look(self) -> None:
-        """Called at every beat: what is new is made ready, and whose turn it is woken."""
-        self._beats += 1
+    def frame(self) -> None:
+        """A job: what is new is made ready, and whose turn it is woken."""
+        self._frames += 1
         self._statuses.clear()
         if self._pages.open:
-            self._looks.do("the picture of the newest row", self._encode)
-            self._looks.do("the news of the status", self._announce)
-            self._looks.do("the turn of the viewers", self._wake_due)
+            self._guard.do("the picture of the newest row", self._encode)
+            self._guard.do("the turn of the viewers", self._wake_due)
+
+    def announce(self) -> None:
+        """A job: every page is due a status once something in it is new, and once a second."""
+        if not self._pages.open:
+            return
+        key, now = self._view.key(), time.monotonic()
+        if key == self._last_key and now - self._status_at < STATUS_S:
+            return
+        self._last_key, self._status_at = key, now
+        for viewer in self._pages.open:
+            viewer.status_due = True
 
     async def _send(self, viewer: Viewer) -> None:
         if viewer.status_due:
             viewer.status_due = False
-            status = self._looks.do("the status", lambda: self._status_for(viewer.who))
+            status = self._guard.do("the status", lambda: self._status_for(viewer.who))
             if status is not None:
                 await viewer.socket.send_text(status)
         while viewer.outbox:
@@ -139,21 +152,13 @@ class Hub:
         """Whose turn it is: everyone's, or in a crowd every other one's and the operator's."""
         if len(self._pages.open) <= CROWD:
             return list(self._pages.open)
-        odd = self._beats % 2
+        odd = self._frames % 2
         return [viewer for viewer in self._pages.open if viewer.turn % 2 == odd or self._lease.holds(viewer.who)]
 
     def _encode(self) -> None:
         newest, stop = self._history.newest, self._history.count
         if newest is not None and stop != self._picture.stop:
             self._picture = Picture(stop, encode_frame(newest))
-
-    def _announce(self) -> None:
-        key, now = self._view.key(), time.monotonic()
-        if key == self._last_key and now - self._status_at < STATUS_PERIOD:
-            return
-        self._last_key, self._status_at = key, now
-        for viewer in self._pages.open:
-            viewer.status_due = True
 
 
 def encode_frame(newest: Rows) -> bytes:

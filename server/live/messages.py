@@ -43,7 +43,7 @@ class Health(Model):
     starting: str = ""
     """Actuator with which the rig was told to start again and has not yet, "" for none."""
     server: str = ""
-    """What in the server itself does not work: a thread, a look at every beat, its event loop; "" when all does."""
+    """What in the server itself does not work: a thread, a job of its event loop, that loop; "" when all does."""
 
 
 class Hello(Model):

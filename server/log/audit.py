@@ -84,8 +84,6 @@ def heard_by(hearer: Callable[[str], None]) -> Iterator[None]:
 class Audit:
     """Writes the lines, never waiting for the disk. `complain` hears what became of the file; what is done goes on."""
 
-    watched = "the audit log"
-
     def __init__(
         self, file: EventFile[AuditEntry], complain: Callable[[str], None], now: Callable[[], float] = time.monotonic
     ) -> None:
@@ -104,7 +102,7 @@ class Audit:
         self.writer.append(asker.entry(status, f"{detail} (and {more} more since the last line)" if more else detail))
 
     def look(self) -> None:
-        """Called at every beat: say what became of the file."""
+        """A job: say what became of the file."""
         if news := self.writer.news():
             self._complain(news)
 

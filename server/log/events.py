@@ -48,8 +48,6 @@ class EventLog:
     With a file the lines outlive the server.
     """
 
-    watched = "the event log"
-
     def __init__(self, file: EventFile[Event] | None = None, kept: int = 500) -> None:
         self.recent: deque[Event] = deque(_counted_up(file.last() if file else []), maxlen=kept)
         self._listeners: list[Callable[[Event], None]] = []
@@ -87,7 +85,7 @@ class EventLog:
             self.refused(name, asked, reply.detail)
 
     def look(self) -> None:
-        """Called at every beat: say what became of the file."""
+        """A job: say what became of the file."""
         if self.writer is not None and (news := self.writer.news()):
             self.add(news, "warning")
 

@@ -10,6 +10,8 @@ from server.log.event_file import EventFile, Line
 
 QUEUED = 10_000
 """Lines that wait at most, some 5 MB: more than the rates let in within a minute."""
+FILE_NEWS_S = 1.0
+"""Between two looks for what became of the file."""
 DISK_TIMEOUT_S = 10.0
 """A disk that takes none for so long is trouble [s]."""
 LAST = 2.0

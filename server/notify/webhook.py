@@ -1,4 +1,4 @@
-"""The webhook: each notice is posted as JSON by a thread of its own, so that neither beat nor request waits for it."""
+"""The webhook: each notice is posted as JSON by a thread of its own: neither event loop nor request waits for it."""
 
 import queue
 import threading

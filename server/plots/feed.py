@@ -12,7 +12,7 @@ CHUNK = 2048
 
 
 KEPT = 8
-"""Messages that are kept for others: within a beat most viewers lack the same bins of the same channels."""
+"""Messages that are kept for others: within a frame most viewers lack the same bins of the same channels."""
 
 
 class Plots:

@@ -11,10 +11,10 @@ from server.presets.messages import ActuatorOutcome
 from server.presets.order_files import take_outcome
 from server.settings import ServerSettings
 
-LOOK = 0.25
-"""Pause between two looks for an outcome [s]."""
-LONGEST = 90.0
-"""Most time for the rig to come back after an order [s], be it with the actuator before; then it counts as silent."""
+OUTCOME_S = 0.25
+"""Between two looks for an outcome."""
+ACTUATOR_MAX_S = 90.0
+"""Most time for the rig to come back after an order, be it with the actuator before; then it counts as silent."""
 
 
 class Awaited(NamedTuple):
@@ -30,11 +30,9 @@ class Awaited(NamedTuple):
 class OutcomeWatch:
     """Tells what became of an order for another actuator."""
 
-    watched = "another actuator"
-
     def __init__(self, settings: ServerSettings, events: EventLog) -> None:
         self._settings, self._events = settings, events
-        self._due, self._blind = 0.0, False
+        self._blind = False
         self.failure = ""
         """Why the last actuator that was asked for is not in force, "" if it is."""
         self._awaited: Awaited | None = None
@@ -43,7 +41,7 @@ class OutcomeWatch:
     def wait_for(self, actuator: str, boot: int | None) -> None:
         """The rig, which runs as `boot`, was told to start with `actuator`."""
         self._settled = self._blind
-        self._awaited = Awaited(actuator, boot, time.monotonic() + LONGEST)
+        self._awaited = Awaited(actuator, boot, time.monotonic() + ACTUATOR_MAX_S)
 
     def starting(self, boot: int | None) -> str:
         """Actuator with which the rig was told to start and has not yet, "" for none; `boot` is the one heard now.
@@ -60,10 +58,9 @@ class OutcomeWatch:
         return wanted.actuator
 
     def look(self) -> None:
-        """Look, now and then."""
-        if self._settings.orders is None or self._blind or time.monotonic() < self._due:
+        """A job: see whether there is one."""
+        if self._settings.orders is None or self._blind:
             return
-        self._due = time.monotonic() + LOOK
         try:
             outcome = take_outcome(self._settings.orders)
         except FileNotFoundError:

@@ -110,7 +110,7 @@ class Procedure(Motion):
             self._overtaken = what if permit is None else f"{what}, asked for by {permit.name}"
 
     def look(self) -> None:
-        """Called at every beat: end it where it may not go on."""
+        """A job: end it where it may not go on."""
         if self.running and self.has_rig and (why := self.why_over()):
             self.end(why)
 
@@ -196,8 +196,6 @@ class Procedure(Motion):
 class Procedures:
     """Those under way. Only the event loop uses it, but for `hear`."""
 
-    watched = "procedures"
-
     def __init__(self, context: Context) -> None:
         self.context = context
         self._under_way: tuple[Procedure, ...] = ()
@@ -215,7 +213,7 @@ class Procedures:
             one.hear(request, permit)
 
     def look(self) -> None:
-        """Called at every beat: end what may not go on; put back what an earlier server has overridden."""
+        """A job: end what may not go on; put back what an earlier server has overridden."""
         for one in self._under_way:
             one.look()
         note = self.context.note

@@ -40,8 +40,6 @@ class Automatic:
     `faults` says at every fault whether it is recorded.
     """
 
-    watched = "automatic recordings"
-
     def __init__(
         self,
         recorder: Recorder,

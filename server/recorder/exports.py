@@ -35,6 +35,8 @@ WAITING_BYTES = 10_000_000_000
 """The same in bytes: with more waiting, no other one is made."""
 LEFT_MIN, LEFT_SHARE = FREE_MIN, 0.1
 """Room [B] that an export leaves on the disk, or this share of a smaller disk: with less, deleted recordings go."""
+EXPORTS_S = 10.0
+"""Between two looks for those that nobody has fetched."""
 LOOK = 0.25
 """Between two looks whether somebody still waits, and whether there is room [s]."""
 BINARY = "application/octet-stream"
@@ -82,8 +84,6 @@ class Sent(FileResponse):
 
 class Exports:
     """The files that are being made, wait to be fetched or are being sent."""
-
-    watched = "exports that nobody fetches"
 
     def __init__(self) -> None:
         self._waiting: dict[str, _Waiting] = {}

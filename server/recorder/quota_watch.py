@@ -1,33 +1,30 @@
 """Old recordings go when all together take too much; the log says which."""
 
 import asyncio
-import time
 
 from controller.system.tasks import Tasks
 from recordings.store.quota import default_quota, enforce, too_large
 from recordings.store.store import Store
 from server.log.events import EventLog
 
-PERIOD = 60.0
-"""Between two looks [s]: a minute of a recording is 35 MB at most."""
+QUOTA_S = 60.0
+"""Between two looks: a minute of a recording is 35 MB at most."""
 
 
 class QuotaWatch:
     """Looks once a minute, off the event loop."""
 
-    watched = "the recordings' size"
-
     def __init__(self, store: Store, most: int | None, events: EventLog) -> None:
         self._store, self._events = store, events
         self._given = most
-        self._due, self._told, self._problem = 0.0, "", ""
+        self._told = self._problem = ""
         self._tasks = Tasks(lambda text: events.add(text, "error"), most=1)
         self._busy = False
 
     def look(self) -> None:
-        """Look, if it is time."""
-        if time.monotonic() >= self._due and not self._busy:
-            self._due, self._busy = time.monotonic() + PERIOD, True
+        """A job: look, unless the last look is still under way."""
+        if not self._busy:
+            self._busy = True
             self._tasks.begin("the look at the recordings' size", self.keep())
 
     async def keep(self) -> None:

@@ -3,11 +3,12 @@
 from recordings.write.writer import Recorder
 from server.log.events import EventLog
 
+RECORDER_S = 0.1
+"""Between two looks: a disk that hangs is found out by them."""
+
 
 class RecorderWatch:
-    """Compares with the beat before."""
-
-    watched = "the recorder"
+    """Looks at the recorder, and at its disk, now and then."""
 
     def __init__(self, recorder: Recorder, events: EventLog) -> None:
         self._recorder, self._events = recorder, events

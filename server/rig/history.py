@@ -3,6 +3,7 @@
 At 1 kHz a minute of rows is 57 MB and ten minutes of bins are 51 MB; both are arrays made once.
 """
 
+import math
 import mmap
 import threading
 from collections.abc import Callable, Sequence
@@ -23,7 +24,7 @@ from server.rig.messages import PlotChannel
 from server.rig.numbered import Numbered
 
 BIN_TICKS = 16
-"""Ticks in one bin: 16 ms at 1 kHz, just shorter than the beat of the live socket."""
+"""Ticks in one bin: 16 ms at 1 kHz, just shorter than a frame of the live socket."""
 ROWS = 60_000
 BINS = 37_500
 """Ten minutes at 1 kHz."""
@@ -105,6 +106,12 @@ class History:
             self._newest = newest
             self._fill_bins()
 
+    def largest(self, name: str, start: int) -> float:
+        """Of one field in the rows from number `start` on, as far as they are kept; nan without any."""
+        with self._lock:
+            values = self._rows.column(name, max(start, self._oldest_row()), self._rows.count)
+        return float(values.max()) if len(values) else math.nan
+
     def forget(self) -> None:
         """Drop everything (numbers are not used again): the rig restarted, its clock may have too."""
         with self._lock:
@@ -164,6 +171,18 @@ class History:
         self._high[at] = np.fmax.reduce(values, axis=1)
         self._binned += whole * BIN_TICKS
         self._bin_stop += whole
+
+
+class Largest:
+    """The largest of one field in the rows since it was last asked for; nan where none came."""
+
+    def __init__(self, history: History, name: str) -> None:
+        self._history, self._name, self._read = history, name, 0
+
+    def take(self) -> float:
+        """It."""
+        start, self._read = self._read, self._history.count
+        return self._history.largest(self._name, start)
 
 
 class Gathered:

@@ -5,7 +5,7 @@ import threading
 from controller.arrays import Rows
 
 ROWS = 30_000
-"""Rows that wait at most, some 28 MB: 30 s at 1 kHz, as long as the rig's own ring holds them. A beat takes 17."""
+"""Rows that wait at most, some 28 MB: 30 s at 1 kHz, as long as the rig's own ring holds them. A frame takes 17."""
 
 
 class Inbox:

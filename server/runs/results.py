@@ -1,7 +1,9 @@
 """What came of the last runs, kept over a restart of the server."""
 
 import logging
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 from pydantic import TypeAdapter
@@ -15,11 +17,19 @@ _LIST: TypeAdapter[list[RunResult]] = TypeAdapter(list[RunResult])
 log = logging.getLogger(__name__)
 
 
+@dataclass(frozen=True)
+class RunEnded:
+    """A run is over, and this is what came of it."""
+
+    result: RunResult
+
+
 class Results:
     """The last results, newest first, in one file."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, publish: Callable[[RunEnded], None] = lambda event: None) -> None:
         """Read what an earlier server kept; nothing when there is none, or none that this version understands."""
+        self._publish = publish
         self._file = StateFile(path, _LIST.validate_json, "the results of earlier runs are missing")
         self._kept = self._file.read() or []
         self._saver = ThreadPoolExecutor(1, "results")
@@ -44,6 +54,7 @@ class Results:
         Raises OSError where the one before, or this one, will not outlive this server.
         """
         self._kept = [result, *self._kept[: KEPT - 1]]
+        self._publish(RunEnded(result))
         before, self._saving = self._saving, self._saver.submit(self._save, _LIST.dump_json(self._kept))
         if before is not None and before.done() and (error := before.exception()) is not None:
             raise error

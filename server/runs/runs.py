@@ -45,8 +45,6 @@ T = TypeVar("T")
 class Runs:
     """At most one run at a time. Only the event loop uses it, but for `inbox`, which the link fills."""
 
-    watched = "the run"
-
     def __init__(
         self,
         tracker: Tracker,
@@ -146,7 +144,7 @@ class Runs:
         return state.id, state.state, state.reason, int(state.elapsed * UPDATES)
 
     def look(self) -> None:
-        """Called at every beat: read the rig's rows, then judge lease and time."""
+        """A job: read the rig's rows, then judge lease and time."""
         machine = self._machine
         if machine is not None and not machine.ended:
             self._read(machine)

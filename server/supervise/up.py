@@ -22,7 +22,7 @@ from controller.schema.parameters import RigParameters
 from controller.system.child import Child, launched
 from controller.system.keys import made_key, mended_key
 from controller.system.logs import log_in_background
-from controller.system.looks import Looks
+from controller.system.scheduler import ErrorGuard
 from server.http.tls import require_certificate
 from server.settings import ServerSettings
 from server.supervise.ready import ServerReady, UpReady, write_ready
@@ -211,12 +211,12 @@ def _keep_alive(supervisor: Supervisor, child: ServerChild) -> None:
 
     assert child.settings.orders is not None
     carried_out = Orders(child.settings.orders, kept_file(child.settings), supervisor)
-    looks = Looks()
+    guard = ErrorGuard()
     while True:
         time.sleep(POLL)
-        looks.do("the server's life", child.keep_alive)
-        looks.do("the supervisor", lambda: _require_sound(supervisor))
-        looks.do("orders for another actuator", carried_out.look)
+        guard.do("the server's life", child.keep_alive)
+        guard.do("the supervisor", lambda: _require_sound(supervisor))
+        guard.do("orders for another actuator", carried_out.look)
 
 
 def _require_sound(supervisor: Supervisor) -> None:

@@ -3204,7 +3204,7 @@ export interface components {
       starting: string;
       /**
        * Server
-       * @description What in the server itself does not work: a thread, a look at every beat, its event loop; "" when all does.
+       * @description What in the server itself does not work: a thread, a job of its event loop, that loop; "" when all does.
        * @default
        */
       server: string;
@@ -3216,7 +3216,7 @@ export interface components {
     Healthz: {
       /** Ok */
       ok: boolean;
-      /** @description Its beat of 60 Hz goes on, every look of it works, and its event loop turns. */
+      /** @description Its event loop turns, calls its jobs, and all of them work. */
       server: components["schemas"]["Check"];
       /** @description Each of them lives, turns, and has not failed within the last minute. */
       threads: components["schemas"]["Check"];

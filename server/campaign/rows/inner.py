@@ -14,7 +14,7 @@ from server.campaign.waiting import Seen, require, wait
 from server.settings import ServerSettings
 
 FAILING = 3.0
-"""How long a look at every beat fails [s]."""
+"""How long a job of the event loop fails [s]."""
 HANGING = 5.0
 """How long the disk takes nothing [s]."""
 STANDING, DEAD = 2.0, 30.0
@@ -32,15 +32,15 @@ def _stops(scene: Scene) -> float:
 
 
 def beat_failing(scene: Scene) -> Seen:
-    """One look of the beat raises 60 times a second."""
+    """One job of the event loop raises each time."""
     scene.track()
     mark, start = len(scene.operator.log), time.monotonic_ns()
-    calls = ["server.health.alarm_watch:AlarmWatch.look"]
+    calls = ["server.health.alarm_watch:AlarmWatch.judge"]
     scene.break_inside(scene.server_process, calls=calls, how="fail", seconds=FAILING)
     line = scene.operator.sees("the alarms fails: OSError", mark, FAILING)
     took = (time.monotonic_ns() - start) * 1e-6
     frame = scene.operator.frame
-    wait(lambda: scene.operator.frame is not frame, 1.0, "frames while the look fails")
+    wait(lambda: scene.operator.frame is not frame, 1.0, "frames while the job fails")
     rows = scene.since(start)
     require((rows["mode"] == Mode.TRACK).all(), f"the rig did not go on: {trace.told(rows[-1])}")
     stop = _stops(scene)

@@ -76,8 +76,6 @@ class _Run:
 class Macros:
     """Only the event loop uses it, but for `hear`."""
 
-    watched = "the macro"
-
     def __init__(self, acts: Acts, rig: Rig, operator: Operator, events: EventLog) -> None:
         self._acts, self._rig, self._operator, self._events = acts, rig, operator, events
         self._tasks = Tasks(lambda text: events.add(text, "error"))
@@ -116,7 +114,7 @@ class Macros:
         run.overtaken = asked_for(request, permit)
 
     def look(self) -> None:
-        """Called at every beat: end it where it may not go on."""
+        """A job: end it where it may not go on."""
         run = self._under_way()
         if run is not None and (why := self._why_over(run)):
             self._end(run, why)

@@ -40,7 +40,7 @@ DOORS = {
     "operate/hand.py": ["move", "present", "request", "request"],
     "operate/people.py": ["request"],
     "operate/settings.py": ["change"],
-    "operate/watch.py": ["hold_left"],
+    "operate/reactions.py": ["hold_left"],
     "presets/first_mode/routes.py": ["present"],
     "presets/routes.py": ["order", "order_plant", "order_rig"],
     "procedure/motion.py": ["ask", "move", "request"],

@@ -4,11 +4,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
+from controller.schema.layout import record_dtype
+from controller.schema.messages import Telemetry
 from server.health.alarm_watch import AlarmWatch
 from server.health.messages import AlarmLimits
 from server.log.events import EventLog
+from server.rig.history import History, Largest
 from tests.server.live_server import TestServer
 
 DEFAULTS = AlarmLimits().model_dump()
@@ -44,7 +48,7 @@ def test_a_limit_out_of_bounds_or_order_is_refused(wrong: dict[str, Any], compla
 def alarm_watch(
     row: dict[str, Any], lateness: Callable[[], float], events: EventLog, now: Callable[[], float]
 ) -> AlarmWatch:
-    return AlarmWatch(lambda: row, lateness, lambda: math.nan, AlarmLimits, events, now)
+    return AlarmWatch(lambda: row, lambda: row["server_age"], lateness, lambda: math.nan, AlarmLimits, events, now)
 
 
 def test_each_crossing_of_red_counts_up_one_line_and_what_swings_about_it_does_not() -> None:
@@ -55,7 +59,7 @@ def test_each_crossing_of_red_counts_up_one_line_and_what_swings_about_it_does_n
     for late[0] in [0.1e-3] + [2e-3, 0.9e-3] * 6 + [0.1e-3] * 3 + [2e-3] * 3:
         now[0] += 1.0
         row["slot"] += 1000
-        watch.look()
+        watch.judge()
     text = "lateness p99 2 ms is above the limit of 1 ms"
     assert [(event.text, event.count) for event in said] == [(text, 1), (text, 2)], "each is told, and recorded"
     assert [(event.text, event.count) for event in events.recent] == [(text, 2)]
@@ -68,11 +72,25 @@ def test_lost_ticks_of_the_last_minute_turn_red_by_number_and_by_share() -> None
     for _ in range(30):
         now[0] += 1.0
         row["slot"] += 1000
-        watch.look()
+        watch.judge()
     row |= {"lost": 700, "slot": row["slot"] + 1000}
     now[0] += 1.0
-    watch.look()
+    watch.judge()
     assert [event.text for event in events.recent] == [
         "lost ticks 700 is above the limit of 600",
         "on-time share 97.67 % is below the limit of 99 %",
     ]
+
+
+def test_the_age_of_a_command_is_the_largest_of_all_rows_since_it_was_judged_last() -> None:
+    history = History()
+    age = Largest(history, "server_age").take
+    assert math.isnan(age())
+    for ages in ([0.01, 0.4, 0.02], [0.03, 0.02]):
+        rows = np.zeros(len(ages), record_dtype(Telemetry))
+        rows["server_age"] = ages
+        history.add(rows)
+    assert age() == pytest.approx(0.4)
+    assert math.isnan(age()), "no row came since"
+    history.add(rows)
+    assert age() == pytest.approx(0.03)

@@ -18,15 +18,15 @@ from controller.schema.messages import RigInfo
 from controller.schema.parameters import RigParameters, Settings
 from controller.system import child
 from controller.system.logs import Background
-from controller.system.looks import MEMORY, Looks
-from controller.system.tasks import Tasks, forever
+from controller.system.loop_watchdog import LoopWatchdog
+from controller.system.scheduler import FAILURE_FORGOTTEN_S, ErrorGuard, Scheduler
+from controller.system.tasks import Tasks
 from controller.system.worker import Worker
 from recordings.format.annotations import LogLine
 from recordings.write.queue import NoAnswer, RecorderQueue
 from recordings.write.session import Session
 from recordings.write.writer import Recorder
-from server.health.loop_watchdog import LoopWatchdog
-from server.health.soundness import Soundness
+from server.health.monitor import HealthMonitor
 from server.log.event_file import EventFile
 from server.log.events import Event, EventLog
 from server.log.line_writer import LineWriter
@@ -44,30 +44,30 @@ class Clock:
         return self.now
 
 
-def test_a_look_that_fails_is_logged_once_with_its_count_and_the_others_go_on(caplog: pytest.LogCaptureFixture) -> None:
-    looks, seen, clock = Looks(clock := Clock()), [], clock
+def test_a_call_that_fails_is_logged_once_with_its_count_and_the_others_go_on(caplog: pytest.LogCaptureFixture) -> None:
+    guard, seen, clock = ErrorGuard(clock := Clock()), [], clock
 
     def fail() -> None:
         raise RecordingError("there is no recording 'x'")
 
     for _ in range(3600):
-        looks.do("the recording of a killed server", fail)
-        looks.do("the alarms", lambda: seen.append(1))
+        guard.do("the recording of a killed server", fail)
+        guard.do("the alarms", lambda: seen.append(1))
     assert len(seen) == 3600 and len(caplog.records) == 1
-    [trouble] = looks.troubles
+    [trouble] = guard.troubles
     assert trouble.endswith("fails: RecordingError: there is no recording 'x', 3600 times")
-    clock.now = MEMORY + 1.0
-    assert looks.troubles == []
+    clock.now = FAILURE_FORGOTTEN_S + 1.0
+    assert guard.troubles == []
 
 
-def test_a_server_one_of_whose_looks_fails_serves_frames_status_and_e_stop(server: TestServer) -> None:
+def test_a_server_one_of_whose_jobs_fails_serves_frames_status_and_e_stop(server: TestServer) -> None:
     page = server.operator()
 
     def fail() -> None:
         raise RuntimeError("the look is broken")
 
     with page.live() as live:
-        server.services.runs.look = fail  # type: ignore[method-assign]
+        server.services.scheduler.jobs["the run"].call = fail
         wait_for(lambda: "the look is broken" in page.get("/api/health").json()["server"], "the trouble")
         frames, statuses = len(live.frames), len([text for text in live.texts if text["type"] == "status"])
         wait_for(lambda: len(live.frames) > frames + 60, "frames")
@@ -91,9 +91,9 @@ def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPa
     worker.start()
     wait_for(lambda: not ends and worker.alive and "by a mistake" in worker.trouble, "another start of it")
     events = EventLog()
-    soundness = Soundness([worker], Looks(), LoopWatchdog(), events)
-    soundness.look()
-    soundness.look()
+    monitor = HealthMonitor([worker], Scheduler(), events)
+    monitor.check()
+    monitor.check()
     assert [event.text for event in events.recent] == [
         "the thread w was ended by RuntimeError: by a mistake, and began anew"
     ]
@@ -126,27 +126,11 @@ async def test_a_task_that_nobody_waits_for_does_not_fail_in_silence() -> None:
     ]
 
 
-async def test_what_goes_on_for_ever_begins_anew_when_it_ends(caplog: pytest.LogCaptureFixture) -> None:
-    begun = []
-
-    async def work() -> None:
-        begun.append(1)
-        raise RuntimeError("no")
-
-    task = asyncio.create_task(forever("the beat", work))
-    for _ in range(400):
-        if len(begun) > 1:
-            break
-        await asyncio.sleep(0.01)
-    task.cancel()
-    assert len(begun) == 2 and "the beat ended, and begins anew" in caplog.text
-
-
 async def test_a_loop_that_stands_still_is_said_with_the_place_and_ended_if_it_stays(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("server.health.loop_watchdog.SLOW", 0.2)
-    monkeypatch.setattr("server.health.loop_watchdog.DEADLY", 0.6)
+    monkeypatch.setattr("controller.system.loop_watchdog.SLOW_S", 0.2)
+    monkeypatch.setattr("controller.system.loop_watchdog.DEADLY_S", 0.6)
     ended = threading.Event()
     watchdog = LoopWatchdog(ended.set)
     watchdog.start()

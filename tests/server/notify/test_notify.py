@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,11 +17,19 @@ from controller.errors import sentence
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode
+from controller.schema.parameters import Settings
+from controller.system.event_bus import EventBus
+from controller.system.scheduler import Scheduler
+from server.access.lease import OperatorLease
 from server.log.events import EventLog
 from server.notify.messages import Notice
-from server.notify.watch import NotifyWatch
+from server.notify.notices import Notices
 from server.notify.webhook import ATTEMPTS, QUEUED, Webhook
+from server.operate.detector import ChangeDetector
+from server.operate.operator import Operator
+from server.rig.client import Rig
 from server.runs.messages import RunResult
+from server.runs.results import Results
 from server.settings import ServerSettings
 from server.supervise.up import environment
 from tests.server.live_server import TOKEN, RigProcess, TestServer, free_environment, taken, wait_for
@@ -94,7 +103,7 @@ def test_a_stop_on_a_real_rig_is_posted_without_any_token(
     server = TestServer(tmp_path, shared_rig.endpoint, webhook=SecretStr(f"{receiver.url}?key=1"))
     try:
         page = server.operator()  # in VENTED
-        for name in ("e_stop", "clear", "e_stop"):  # faster than the server's beat
+        for name in ("e_stop", "clear", "e_stop"):  # faster than anything looks
             taken(page.command(name))
         wait_for(lambda: len(receiver.bodies) >= 2, "the notices of both stops")
     finally:
@@ -105,17 +114,25 @@ def test_a_stop_on_a_real_rig_is_posted_without_any_token(
         assert TOKEN not in json.dumps([body, head]) and not {"cookie", "authorization"} & set(head)
 
 
-def test_fault_and_the_end_of_a_run_are_told_once(receiver: Receiver, hook: Webhook) -> None:
-    rows, results = np.zeros(6, record_dtype(Telemetry)), [result(7, "circle")]
-    watch = NotifyWatch("twin", lambda: results[-1], hook, EventLog())
+def test_fault_and_the_end_of_a_run_are_told_once(receiver: Receiver, hook: Webhook, tmp_path: Path) -> None:
+    rows, bus, lease = np.zeros(6, record_dtype(Telemetry)), EventBus(Scheduler()), OperatorLease()
+    earlier = Results(tmp_path / "runs.json")
+    earlier.add(result(7, "circle"))
+    earlier.close()
+    results = Results(tmp_path / "runs.json", bus.publish)
+    Notices("twin", hook, EventLog(), bus)
+    rig = cast(Rig, SimpleNamespace(boot=lambda: 7, met=7, trouble=""))
+    detector = ChangeDetector(rig, lease, cast(Operator, SimpleNamespace(settings=Settings())), bus)
     rows["mode"] = [Mode.HOLD, Mode.FOLLOW, Mode.FAULT, Mode.FAULT, Mode.VENTED, Mode.HOLD]
     rows["cause"] = Cause.TRACKING_ERROR
     for part in np.split(rows, [3]):
-        watch.rows(part)
-    watch.look()
-    results.append(result(8, "ring"))
-    watch.look()
-    watch.look()
+        detector.rows(part)
+    bus.deliver()
+    results.add(result(8, "ring"))
+    results.close()
+    for _ in range(2):
+        detector.look()
+        bus.deliver()
     wait_for(lambda: len(receiver.bodies) == 2, "both notices")
     fault, run = receiver.bodies
     assert (fault["event"], fault["cause"], fault["run"]) == ("fault", "tracking error", None)

@@ -13,16 +13,18 @@ from controller.schema.actuator import PRESETS
 from controller.schema.messages import CommandReply, RigInfo
 from controller.schema.modes import Cause, Integrator, Mode
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings
+from controller.system.event_bus import EventBus
+from controller.system.scheduler import Scheduler
 from recordings.write.run_file import simulated_rig
 from server.access.lease import OperatorLease
 from server.access.permit import Permit
 from server.log.events import EventLog
+from server.operate.detector import ChangeDetector
 from server.operate.messages import SettingsBody
 from server.operate.operator import Operator
+from server.operate.reactions import Reactions
 from server.operate.settings import KeptSettings, too_strong
-from server.operate.watch import Watch
 from server.rig.client import Rig
-from server.rig.history import History
 from tests.server.leave import ANYTHING
 
 STRONG = Settings(K_o=(500.0, 500.0), B_o=(1.0, 5.0))
@@ -76,8 +78,11 @@ def test_what_another_actuator_left_too_strong_keeps_nobody_from_other_changes(t
 
 def test_a_rig_that_takes_less_than_what_is_in_force_is_told_of_once() -> None:
     asked, events = Asked(), EventLog()
-    watch = Watch(cast(Rig, asked), History(), OperatorLease(), cast(Operator, asked), events)
-    watch.look()
-    watch.look()
+    bus, rig, operator = EventBus(Scheduler()), cast(Rig, asked), cast(Operator, asked)
+    Reactions(rig, operator, events, bus)
+    detector = ChangeDetector(rig, OperatorLease(), operator, bus)
+    for _ in range(2):
+        detector.look()
+        bus.deliver()
     told = [event.text for event in events.recent if event.level == "warning"]
     assert len(told) == 1 and told[0].startswith("the rig takes less: B_o = 5 N s/m")

@@ -192,7 +192,6 @@ def test_a_rig_that_was_told_to_start_again_is_said_to_start_until_it_is_heard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watch = OutcomeWatch(ServerSettings(orders=tmp_path / "actuator.json"), EventLog())
-    monkeypatch.setattr("server.presets.outcomes.LOOK", 0.0)
     assert watch.starting(1) == ""
     for reason in ("", "it does not stand still"):
         watch.wait_for("P2", 1)
@@ -202,7 +201,7 @@ def test_a_rig_that_was_told_to_start_again_is_said_to_start_until_it_is_heard(
         watch.look()
         assert [watch.starting(boot) for boot in (1, None)] == ["P2"] * 2, "the new life is not heard yet"
         assert [watch.starting(boot) for boot in (2, None)] == [""] * 2
-    monkeypatch.setattr("server.presets.outcomes.LONGEST", -1.0)
+    monkeypatch.setattr("server.presets.outcomes.ACTUATOR_MAX_S", -1.0)
     watch.wait_for("P2", 1)
     assert watch.starting(None) == "", "it takes too long to be called a start"
 

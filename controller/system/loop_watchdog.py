@@ -2,7 +2,7 @@
 
 While the loop hangs nobody is heard: no E-STOP passes through this server. Presence stops with it, so the rig holds
 after 0.5 s. But the operator's thread goes on repeating the last command, so the rig would stay in HOLD under pressure
-for ever. So a loop that stands still for DEADLY seconds ends the process: `tendril up` or systemd starts another one,
+for ever. So a loop that stands still for DEADLY_S ends the process: `tendril up` or systemd starts another one,
 which takes about as long again, and the rig, hearing nobody, rests after 30 s if that fails.
 
 What a person did not say while nobody listened is no silence of theirs, so there is a clock of the time in which the
@@ -23,14 +23,14 @@ from controller.system.logs import flush_log
 
 log = logging.getLogger(__name__)
 
-PERIOD = 0.1
+TURN_NOTED_S = 0.1
 """Between two turns of the loop that are noted, and between two looks of the watchdog [s]."""
-SLOW = 1.0
+SLOW_S = 1.0
 """A loop that stands still for so long is said, with where it hangs [s]: 60 of its beats are missing then."""
-DEADLY = 10.0
+DEADLY_S = 10.0
 """After so long the process is ended [s]: well below the 30 s after which operators could rely on the rig's own rest if
 this server were silent."""
-MEMORY = 60.0
+TROUBLE_S = 60.0
 """For which a loop that stood still is trouble [s]."""
 
 
@@ -45,11 +45,11 @@ class LoopWatchdog:
     """`start` it in the loop. Time in which this process itself was stopped does not count, as its thread was too."""
 
     def __init__(self, deadly: Callable[[], None] | None = None) -> None:
-        """`deadly` is called, from the watchdog's thread, when the loop has not turned for DEADLY; None: nothing is."""
+        """`deadly` is called, from the watchdog's thread, when the loop has not turned for DEADLY_S, if given."""
         self._deadly = deadly
         self._turns = 0
         self._turned = self._listened = 0.0
-        self._stood, self._longest, self._last, self._count = 0.0, 0.0, -MEMORY, 0
+        self._stood, self._longest, self._last, self._count = 0.0, 0.0, -TROUBLE_S, 0
         self._closed = threading.Event()
         self._main = threading.get_ident()
         self._thread = threading.Thread(target=self._run, name="loop-watchdog", daemon=True)
@@ -79,7 +79,7 @@ class LoopWatchdog:
         return self._stood
 
     def listened(self) -> float:
-        """For how long the loop has turned since the start [s], known to `PERIOD`: what stood still is left out."""
+        """For how long the loop has turned since the start [s], to TURN_NOTED_S: what stood still is left out."""
         return self._listened
 
     @property
@@ -87,36 +87,36 @@ class LoopWatchdog:
         """What was wrong with the loop within the last minute, "" if nothing was."""
         if not self.alive:
             return "nobody watches the event loop"
-        if self._stood < SLOW and time.monotonic() - self._last > MEMORY:
+        if self._stood < SLOW_S and time.monotonic() - self._last > TROUBLE_S:
             return ""
         return f"the event loop stood still for {max(self._longest, self._stood):.1f} s"
 
     def _turn(self, loop: asyncio.AbstractEventLoop) -> None:
         self._turns += 1
         before, self._turned = self._turned, time.monotonic()
-        self._listened += min(self._turned - before, 2 * PERIOD)
+        self._listened += min(self._turned - before, 2 * TURN_NOTED_S)
         if not self._closed.is_set():
-            self._timer = loop.call_later(PERIOD, self._turn, loop)
+            self._timer = loop.call_later(TURN_NOTED_S, self._turn, loop)
 
     def _run(self) -> None:
         seen, woken = self._turns, time.monotonic()
-        while not self._closed.wait(PERIOD):
+        while not self._closed.wait(TURN_NOTED_S):
             now = time.monotonic()
-            passed, woken = min(now - woken, 2 * PERIOD), now
+            passed, woken = min(now - woken, 2 * TURN_NOTED_S), now
             if self._turns != seen:
                 seen = self._turns
                 self._went_on(now)
                 continue
             before, self._stood = self._stood, self._stood + passed
-            if before < SLOW <= self._stood:
+            if before < SLOW_S <= self._stood:
                 self._say()
-            if self._stood >= DEADLY and self._deadly is not None:
+            if self._stood >= DEADLY_S and self._deadly is not None:
                 log.critical("the event loop has not turned for %.0f s: this process ends", self._stood)
                 self._deadly()
 
     def _went_on(self, now: float) -> None:
-        if self._stood >= SLOW:
-            if now - self._last > MEMORY:
+        if self._stood >= SLOW_S:
+            if now - self._last > TROUBLE_S:
                 self._longest = 0.0
             self._longest, self._last = max(self._longest, self._stood), now
             self._count += 1
