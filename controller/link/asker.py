@@ -26,8 +26,8 @@ from controller.link.proof import PROOF_BYTES, Reply, question, read_reply
 from controller.link.refusals import Refusals
 from controller.link.seal import Introduction, Sealer
 
-TIMEOUT = 0.5
-"""Longest wait for an answer [s]; the rig itself waits for its loop, 0.4 s at most."""
+TIMEOUT_S = 0.5
+"""Longest wait for an answer; the rig itself waits for its loop, 0.4 s at most."""
 NONCE_BYTES = 16
 _KINDS: dict[str, type[TendrilError]] = {
     kind.__name__: kind for kind in (KeyRefused, SessionUnknown, RigHeld, LayoutMismatch)
@@ -58,29 +58,39 @@ class Asker:
         """Why the rig takes nothing from this server, as it said last; None when it does."""
         return self._trouble
 
-    def ask(self, expression: str, payload: bytes = b"", timeout: float = TIMEOUT) -> Answer:
+    def ask(self, expression: str, payload: bytes = b"", timeout: float = TIMEOUT_S) -> Answer:
         """Answer of the queryable `expression`; RigUnreachable without one, the rig's own error if it refuses."""
         return self._get(expression, payload, secrets.token_bytes(NONCE_BYTES), timeout).answer()
 
-    def ask_sealed(self, expression: str, payload: bytes, timeout: float = TIMEOUT, any_server: bool = False) -> bytes:
-        """The same with a seal. A rig that restarted, or forgot this server, is met anew.
+    def ask_sealed(
+        self,
+        expression: str,
+        payload: bytes,
+        timeout: float = TIMEOUT_S,
+        any_server: bool = False,
+        again: bool = False,
+    ) -> bytes:
+        """The same with a seal. A rig that restarted, or forgot this server, is met and asked `again`, once.
 
         `any_server`: the rig takes this question from every server, so its answer does not say that `trouble` is over.
         """
         try:
-            try:
-                answer = self._ask_sealed(expression, payload, timeout)
-            except SessionUnknown:
-                self.forget()
-                answer = self._ask_sealed(expression, payload, timeout)
+            with self._lock:
+                if self._sealer is None:
+                    self._sealer = self._opened(timeout)
+                asked = self._get(expression, payload, self._sealer.seal(expression, payload), timeout)
+            answer = asked.answer().payload
         except TendrilError as error:
+            if isinstance(error, SessionUnknown) and not again:
+                self.forget()
+                return self.ask_sealed(expression, payload, timeout, any_server, again=True)
             self._trouble = error if isinstance(error, tuple(_KINDS.values())) else None
             raise
         if not (any_server and isinstance(self._trouble, RigHeld)):
             self._trouble = None
         return answer
 
-    def prepare(self, timeout: float = TIMEOUT) -> None:
+    def prepare(self, timeout: float = TIMEOUT_S) -> None:
         """Open the session now, so that the first sealed question needs not wait for it."""
         with self._lock:
             if self._sealer is None:
@@ -96,16 +106,9 @@ class Asker:
         if self._sealer is None:
             return
         try:
-            self._ask_sealed(self._keys.leave, b"", timeout)
+            self.ask_sealed(self._keys.leave, b"", timeout, again=True)
         except TendrilError:
             pass  # it will notice our silence
-
-    def _ask_sealed(self, expression: str, payload: bytes, timeout: float) -> bytes:
-        with self._lock:
-            if self._sealer is None:
-                self._sealer = self._opened(timeout)
-            asked = self._get(expression, payload, self._sealer.seal(expression, payload), timeout)
-        return asked.answer().payload
 
     def _opened(self, timeout: float) -> Sealer:
         words = self.ask(self._keys.session, timeout=timeout).payload

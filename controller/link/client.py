@@ -40,10 +40,10 @@ log = logging.getLogger(__name__)
 
 QUEUED_BATCHES = 1800
 """Batches kept for a slow reader: 30 s, as long as the rig's ring could refill them."""
-QUIET = 1.0
-"""Seconds without a batch after which the rig counts as not connected [s]."""
-LOOK = 1.0
-"""Between two looks at why nothing comes, where nothing does [s]."""
+QUIET_S, GONE_S = 0.6, 1.0
+"""Without a batch for so long users are told that the rig is gone; and the link itself gives it up."""
+LOOK_S = 1.0
+"""Between two looks at why nothing comes, where nothing does."""
 DEAD_LIVES = 16
 """Lives of the rig that are over, of which recorded batches are refused without another question."""
 PLAN_TIMEOUT = 5.0
@@ -120,11 +120,18 @@ class RigClient:
         """Who the rig is; None before the first contact. Kept while the rig is gone."""
         return self._info
 
+    def boot(self, quiet_s: float | None = None) -> int | None:
+        """The boot of the rig that is connected: alive, of our layout, and heard within QUIET_S, with rows that were
+        taken. None while there is none.
+        """
+        met = self._info is not None and self._refused is None and self._flows
+        heard = met and str(self._boot) in self._alive and time.monotonic() - self._last < (quiet_s or QUIET_S)
+        return self._boot if heard else None
+
     @property
     def connected(self) -> bool:
-        """The rig is alive, speaks our layout and sent something within the last second, of which rows were taken."""
-        met = self._info is not None and self._refused is None and self._flows
-        return met and self._keys.alive(str(self._boot)) in self._alive and self.age() < QUIET
+        """Whether there is one, or one that is only slow."""
+        return self.boot(GONE_S) is not None
 
     @property
     def paused(self) -> bool:
@@ -250,13 +257,13 @@ class RigClient:
 
     def _on_alive(self, sample: Any) -> None:
         change = self._alive.add if sample.kind == zenoh.SampleKind.PUT else self._alive.discard
-        change(str(sample.key_expr))
+        change(str(sample.key_expr).rpartition("/")[2])
 
     def _work(self) -> None:
         while True:
             self.worker.turn()
             try:
-                batch = self._queue.get(timeout=LOOK)
+                batch = self._queue.get(timeout=LOOK_S)
             except queue.Empty:
                 self._look()
                 continue

@@ -1,7 +1,6 @@
 """Key expressions of one rig and the zenoh session both ends open."""
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,72 +23,39 @@ ACCEPT_MS, ACCEPT_PENDING = 2000, 4000
 Beyond that number even a server would be turned away: connections that say nothing must not add up to it."""
 
 
-@dataclass(frozen=True)
 class Keys:
     """Every key of one rig."""
 
-    rig: str
-
-    @property
-    def telemetry(self) -> str:
+    def __init__(self, rig: str) -> None:
+        self.rig = rig
+        self.telemetry = f"tendril/{rig}/telemetry"
         """Publisher: batches of Telemetry rows as raw bytes; attachment: their proof (proof.py)."""
-        return f"tendril/{self.rig}/telemetry"
-
-    @property
-    def command(self) -> str:
+        self.command = f"tendril/{rig}/command"
         """Sealed queryable: one raw Command record -> CommandReply as JSON, after the loop has looked at it."""
-        return f"tendril/{self.rig}/command"
-
-    @property
-    def stop(self) -> str:
+        self.stop = f"tendril/{rig}/stop"
         """Sealed queryable: int64, a number that its server gives to one E-STOP -> CommandReply as JSON.
 
         From any server with the key. It waits for no command, and a repetition with the same number acts once.
         """
-        return f"tendril/{self.rig}/stop"
-
-    @property
-    def replay(self) -> str:
+        self.replay = f"tendril/{rig}/replay"
         """Queryable: int64 (first tick, count <= REPLAY_MAX) -> the rows of them that the ring still holds, raw."""
-        return f"tendril/{self.rig}/replay"
-
-    @property
-    def info(self) -> str:
+        self.info = f"tendril/{rig}/info"
         """Queryable: nothing -> RigInfo as JSON."""
-        return f"tendril/{self.rig}/info"
-
-    @property
-    def drivers(self) -> str:
+        self.drivers = f"tendril/{rig}/drivers"
         """Queryable: nothing -> Drivers as JSON, how the rig's devices fare."""
-        return f"tendril/{self.rig}/drivers"
-
-    @property
-    def reference(self) -> str:
+        self.reference = f"tendril/{rig}/reference"
         """Sealed queryable: a planned reference -> the number of its points, int64.
 
         As `controller.link.planned` writes it: points [m] and the torques [N m] that hold them, one a tick.
         """
-        return f"tendril/{self.rig}/reference"
-
-    @property
-    def faults(self) -> str:
+        self.faults = f"tendril/{rig}/faults"
         """Queryable: TwinFaults as JSON to inject (sealed), or nothing -> TwinFaults as JSON, those in force."""
-        return f"tendril/{self.rig}/faults"
-
-    @property
-    def time(self) -> str:
+        self.time = f"tendril/{rig}/time"
         """Queryable: TwinTime as JSON to put in force (sealed), or nothing -> TwinTime as JSON, as it is now."""
-        return f"tendril/{self.rig}/time"
-
-    @property
-    def session(self) -> str:
+        self.session = f"tendril/{rig}/session"
         """Queryable: nothing -> int64 (boot id, next session); sealed with that session, an Introduction -> nothing."""
-        return f"tendril/{self.rig}/session"
-
-    @property
-    def leave(self) -> str:
+        self.leave = f"tendril/{rig}/leave"
         """Sealed queryable: nothing -> nothing; another server may command the rig at once."""
-        return f"tendril/{self.rig}/leave"
 
     def alive(self, boot: str) -> str:
         """Liveliness token of one boot of the rig process; "*" for any."""

@@ -77,18 +77,15 @@ def copied(rows: Rows) -> Rows:
 def to_record(value: BaseModel) -> Rows:
     """`value` as an array of length 1 of its record dtype: what kernels and mailboxes take."""
     record = np.zeros(1, record_dtype(type(value)))
-    write_record(value, record[0])
+    nested = [(value, record[0])]
+    for model, row in nested:
+        for name in type(model).model_fields:
+            item = getattr(model, name)
+            if isinstance(item, BaseModel):
+                nested.append((item, row[name]))
+            else:
+                row[name] = item
     return record
-
-
-def write_record(value: BaseModel, row: np.void) -> None:
-    """Copy every field of `value` into the record `row`, in place."""
-    for name in type(value).model_fields:
-        item = getattr(value, name)
-        if isinstance(item, BaseModel):
-            write_record(item, row[name])
-        else:
-            row[name] = item
 
 
 def from_record(model: type[M], row: np.void) -> M:

@@ -13,11 +13,11 @@ from server.access.messages import Lease, Session
 from server.http.given import given
 from server.http.who import Identity
 
-LAPSE = 5.0
+LAPSE_S = 5.0
 """Seconds without a sign of the holder after which the lease is free again; where nobody listens none pass."""
-ASKING = 60.0
+ASKING_S = 60.0
 """Seconds for which a request for the lease stands."""
-ASKERS = 8
+ASKERS_MAX = 8
 """Requests that stand at once."""
 
 
@@ -44,7 +44,7 @@ class OperatorLease:
     def holder(self) -> Identity | None:
         """Who operates now; a lapsed lease is free."""
         with self._lock:
-            if self._holder is not None and self._now() - self._heard > LAPSE:
+            if self._holder is not None and self._now() - self._heard > LAPSE_S:
                 self._pass_to(None)
             return self._holder
 
@@ -58,22 +58,27 @@ class OperatorLease:
     @property
     def asking(self) -> list[Identity]:
         """Who wants the lease, the longest waiting first."""
-        self._asked = {tag: (who, t) for tag, (who, t) in self._asked.items() if self._now() - t <= ASKING}
+        self._asked = {tag: (who, t) for tag, (who, t) in self._asked.items() if self._now() - t <= ASKING_S}
         return [who for who, _ in self._asked.values()]
+
+    def term_of(self, who: Identity) -> int | None:
+        """The term in which `who` operates now; None where they do not."""
+        with self._lock:
+            held = self._holder is not None and self._holder.id == who.id and self._now() - self._heard <= LAPSE_S
+            return self._term if held else None
 
     def holds(self, who: Identity) -> bool:
         """Whether `who` operates now."""
-        holder = self.holder
-        return holder is not None and holder.id == who.id
+        return self.term_of(who) is not None
 
     def require(self, who: Identity) -> int:
         """The term in which `who` operates; raises `NotAllowed` unless they do."""
-        with self._lock:
+        term = self.term_of(who)
+        if term is None:
             holder = self.holder
-            if holder is not None and holder.id == who.id:
-                return self._term
-        by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
-        raise NotAllowed(f"only the operator may do this; {by}")
+            by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
+            raise NotAllowed(f"only the operator may do this; {by}")
+        return term
 
     def acquire(self, who: Identity) -> bool:
         """Take the lease if it is free (or mine already); False when another holds it."""
@@ -103,19 +108,22 @@ class OperatorLease:
         if self.holder is None or self.holds(who):
             raise CommandRefused("you operate already" if self.holder else "nobody operates now, so nobody can answer")
         waiting = len([other for other in self.asking if other.id != who.id])
-        if waiting >= ASKERS:
-            raise CommandRefused(f"{waiting} others have asked already, the most is {ASKERS}")
+        if waiting >= ASKERS_MAX:
+            raise CommandRefused(f"{waiting} others have asked already, the most is {ASKERS_MAX}")
         self._asked[who.tag] = (who, self._now())
 
     def drop_request(self, tag: str) -> Identity | None:
         """Withdraw or refuse the request of the session `tag`; it, or None without one."""
         return self._asked.pop(tag, (None,))[0]
 
-    def touch(self, who: Identity) -> None:
-        """A sign of `who`'s page: it keeps the lease alive if it is theirs."""
+    def touch(self, who: Identity) -> int | None:
+        """A sign of `who`'s page, which keeps the lease alive if it is theirs; the term in which they operate."""
         with self._lock:
-            if self.holds(who):
-                self._heard = self._now()
+            now = self._now()
+            if self._holder is None or self._holder.id != who.id or now - self._heard > LAPSE_S:
+                return None
+            self._heard = now
+            return self._term
 
     def _pass_to(self, who: Identity | None) -> None:
         before, self._holder = self._holder, who

@@ -9,6 +9,7 @@ server/rig/client.py, server/presets/actuator.py).
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated
 
 from controller.errors import NotAllowed, TendrilError
@@ -31,6 +32,8 @@ class Permit:
     """The only requests that it covers; None: everything that its holder may do."""
     sign: Callable[[], bool] = lambda: False
     """The page of its holder gave a fresh sign of presence; whether that counts, as the operator's."""
+    signed: bool = False
+    """It was made by such a sign."""
 
     @property
     def name(self) -> str:
@@ -76,44 +79,51 @@ class Permits:
     def operator(self, who: Identity) -> Permit:
         """For who operates now, in this term: who lost control and has it again must ask again. NotAllowed if not."""
         term = self._lease.require(who)
-        return Permit(
-            who,
-            lambda request: self._lost(who, term) or self._absent(request, term),
-            sign=lambda: self._signed(who, term),
-        )
+        return Permit(who, partial(self._objection, who, term), sign=partial(self._sign_in, who, term))
+
+    def signed(self, who: Identity) -> Permit:
+        """The same by a sign of the operator at their page, which keeps the lease and is presence."""
+        term = self._lease.touch(who)
+        if term is None:
+            term = self._lease.require(who)
+        self._sign = term, self._now()
+        return Permit(who, partial(self._objection, who, term), signed=True)
 
     def taking(self, who: Identity, holder: Identity) -> Permit:
         """To end `holder`'s motion before `who` takes control from it, as `who` confirmed it; no longer once it has
         passed to anybody.
         """
         term = self._lease.require(holder)
-        return Permit(who, lambda request: self._ended(who) or self._passed(holder, term), STILLING)
+        return Permit(who, partial(self._passed, who, holder, term), STILLING)
 
-    def _signed(self, who: Identity, term: int) -> bool:
-        if self._lost(who, term):
+    def _objection(self, who: Identity, term: int, request: Request | None) -> str:
+        """Why `who`, who operated in `term`, may not ask for this now, "" where they may."""
+        if not self._sessions.stands(who):
+            return "this session has ended: sign in again"
+        if self._lease.term_of(who) != term:
+            return self._lost(who)
+        return self._absent(term) if request in _MOVING else ""
+
+    def _sign_in(self, who: Identity, term: int) -> bool:
+        if self._objection(who, term, None):
             return False
         self._sign = term, self._now()
         return True
 
-    def _lost(self, who: Identity, term: int) -> str:
-        if ended := self._ended(who):
-            return ended
+    def _lost(self, who: Identity) -> str:
         try:
-            found = self._lease.require(who)
+            self._lease.require(who)
         except TendrilError as error:
             return str(error)
-        return "" if found == term else "control was lost since this was asked for, and taken again: ask anew"
+        return "control was lost since this was asked for, and taken again: ask again"
 
-    def _passed(self, holder: Identity, term: int) -> str:
-        return self._lost(holder, term) and "who operates has changed meanwhile: look again"
+    def _passed(self, who: Identity, holder: Identity, term: int, request: Request | None) -> str:
+        if not self._sessions.stands(who):
+            return "this session has ended: sign in again"
+        return self._objection(holder, term, None) and "who operates has changed meanwhile: look again"
 
-    def _ended(self, who: Identity) -> str:
-        return "" if self._sessions.stands(who) else "this session has ended: sign in again"
-
-    def _absent(self, request: Request | None, term: int) -> str:
-        """Why nothing may begin to move though the lease is held: nobody is at the operator's page."""
-        if request not in _MOVING:
-            return ""
+    def _absent(self, term: int) -> str:
+        """Why nothing may begin to move though the lease is held: the operator is not at their page."""
         signed, at = self._sign
         age, most = self._now() - at, self._timeout()
         if signed == term and age <= most:

@@ -195,6 +195,7 @@ def open_services(
     kept = KeptSettings(settings.state / f"settings-{settings.rig}.json", events, lambda: rig.info)
     stopper = Stopper(rig.stop, lambda: rig.met)
     operator = Operator(rig.send, rig.boot, lambda: history.newest, kept.read(), stopper)
+    history.listen(lambda rows: operator.acknowledgements.look())
     hands = Hands(lease, permits, operator, history, events)
     pages: Pages[Viewer] = Pages(lease, settings.viewers_max)
     events.listen(pages.tell)

@@ -2,9 +2,9 @@
 
 import asyncio
 import contextvars
-from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
@@ -52,20 +52,24 @@ class Conversation:
         self._viewer, self._hearing = viewer, hearing
         self._events, self._hand = hearing.hands.events, Hand(viewer.who, hearing.hands)
         self._written = ""
-        self._loop = asyncio.get_running_loop()
         self._context = contextvars.copy_context()
+        self._in_turn = partial(asyncio.get_running_loop().call_soon_threadsafe, context=self._context)
+        """Calls in the event loop, from any thread, as part of this socket for the audit."""
 
     async def listen(self) -> None:
         """Hear the page until it is gone, or closed because it floods."""
-        socket = self._viewer.socket
+        socket, rates = self._viewer.socket, self._hearing.rates
         while (message := await socket.receive())["type"] != "websocket.disconnect":
-            match self.verdict():
-                case Verdict.HEARD:
+            match rates.message(self._viewer.who.id):
+                case Verdict.HEARD:  # an E-STOP was, as it came in
                     self.hear(message.get("text"))
+                case Verdict.DROPPED:
+                    self._hearing.refused.messages += 1
                 case Verdict.REFUSED:
-                    self._hurried()
+                    self._refuse(0, "messages", rates.too_many)
                 case Verdict.FLOOD:
-                    return await socket.close(POLICY, self._hurried())
+                    self._refuse(0, "messages", rates.too_many)
+                    return await socket.close(POLICY, rates.too_many)
             await asyncio.sleep(0)  # one message, then the others' turn
 
     def hear(self, text: str | None) -> None:
@@ -102,17 +106,6 @@ class Conversation:
         """The page is gone."""
         self._hand.leave(followed=self._viewer.who.id in {who.id for who in self._hearing.pages.present()})
 
-    def verdict(self) -> Verdict:
-        """Whether the message that came is heard; an E-STOP was, as it came in."""
-        found = self._hearing.rates.message(self._viewer.who.id)
-        self._hearing.refused.messages += found == Verdict.DROPPED  # the others are counted as they are told
-        return found
-
-    def _hurried(self) -> str:
-        """Say that messages are dropped, and why."""
-        self._refuse(0, "messages", why := self._hearing.rates.too_many)
-        return why
-
     def _pong(self, message: Ping) -> None:
         self._viewer.post(Pong(t=message.t))
         if message.round_trip is not None:
@@ -133,15 +126,11 @@ class Conversation:
             asked = self._hand.press(at) if message.start else self._hand.move(at)
         except TendrilError as error:
             return self._refuse(message.id, "target", str(error))
-        self._when_answered(asked, lambda done: self._answer(message, done))
+        asked.add_done_callback(partial(self._in_turn, self._answer, message))
 
     def _stop(self, message: EStop) -> None:
         asked = self._hearing.hands.operator.stop(self._viewer.who.described)
-        self._when_answered(asked, lambda done: self._stopped(message.n, done))
-
-    def _when_answered(self, asked: "Future[CommandReply]", answer: "Callable[[Future[CommandReply]], None]") -> None:
-        """In the event loop, and as part of this socket for the audit."""
-        asked.add_done_callback(lambda done: self._loop.call_soon_threadsafe(answer, done, context=self._context))
+        asked.add_done_callback(partial(self._in_turn, self._stopped, message.n))
 
     def _stopped(self, n: int, done: "Future[CommandReply]") -> None:
         who, error = self._viewer.who, done.exception()

@@ -54,4 +54,4 @@ def _asked(body: CommandBody, hands: Hands, who: Identity) -> "Future[CommandRep
     hand = Hand(who, hands)
     if body.target is not None and body.request == "follow":
         return hand.press(body.target)
-    return hands.operator.request(Request[body.request.upper()], hand.sign())
+    return hand.ask(Request[body.request.upper()])

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from controller.schema.messages import CommandReply
 from controller.schema.modes import Mode, Request
 from server.access.lease import OperatorLease
-from server.access.permit import Permit, Permits
+from server.access.permit import Permits
 from server.http.given import given
 from server.http.who import Identity
 from server.log.audit import tell
@@ -46,14 +46,18 @@ class Hand:
 
     def press(self, at: Target) -> "Future[CommandReply]":
         """A fresh press at a point [m], the only thing that may leave HOLD; NotAllowed unless `who` operates."""
-        permit = self.sign()
+        permit = self._hands.permits.signed(self._who)
         self._hands.last = self
         tell(f"follow, {self._grips} at ({at[0]:.4f}, {at[1]:.4f}) m")
         return self._hands.operator.request(Request.FOLLOW, permit, at)
 
     def move(self, at: Target) -> "Future[CommandReply]":
         """The target is at another point [m]; NotAllowed unless `who` operates."""
-        return self._hands.operator.move(at, self.sign())
+        return self._hands.operator.request(Request.NONE, self._hands.permits.signed(self._who), at)
+
+    def ask(self, request: Request) -> "Future[CommandReply]":
+        """Ask for another mode; NotAllowed unless `who` operates."""
+        return self._hands.operator.request(request, self._hands.permits.signed(self._who))
 
     def release(self, always: bool = False) -> None:
         """The hand let go: with the held clutch, or `always`, the rig holds, if it is the operator's."""
@@ -72,12 +76,9 @@ class Hand:
             self._hold()
             self._hands.events.add(f"{self._who.name}: the tab that moved the {self._grips} was closed: hold")
 
-    def sign(self) -> Permit:
-        """A sign of the operator at this page, whose leave it is; NotAllowed unless `who` operates."""
-        permit = self._hands.permits.operator(self._who)
-        self._hands.lease.touch(self._who)
-        self._hands.operator.present(permit)
-        return permit
+    def sign(self) -> None:
+        """A sign of the operator at this page; NotAllowed unless `who` operates."""
+        self._hands.operator.present(self._hands.permits.signed(self._who))
 
     def _hold(self) -> None:
         self._hands.operator.request(Request.HOLD, self._hands.permits.operator(self._who))

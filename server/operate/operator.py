@@ -2,12 +2,12 @@
 
 Requests go in order, moved targets newest-wins while a call is under way, and the record is repeated every 100 ms so
 that the rig knows the server is alive. A request is answered when the server has heard the row that shows it
-(`server/operate/shown.py`). A repetition carries no request and the same presence: it can keep nothing
+(`server/operate/job.py`). A repetition carries no request and the same presence: it can keep nothing
 moving and arm nothing. Whether the asker may is looked at right before its record is sent. HOLD and REST drop what
 waits and would move the rig; an E-STOP has a lane of its own (`server/operate/stopper.py`) and drops everything.
 
-Nobody knows what became of a record that was not answered: what would have moved the rig is followed by a HOLD, so
-that no motion goes on that nobody was told of (docs/protocol.md).
+What became of a record that was not answered is not known: what would have moved the rig is followed by a HOLD, so
+that no motion goes on without its asker being told (docs/protocol.md).
 """
 
 import threading
@@ -15,7 +15,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from controller.arrays import Rows
@@ -35,65 +34,29 @@ from controller.schema.states import LIVE
 from controller.system.worker import Worker
 from server.access.permit import Permit, own
 from server.http.given import given
-from server.operate.shown import LOOK, Shown
+from server.operate.job import Acknowledgements, Job
+from server.operate.job import Target as Target
 from server.operate.stopper import Stopper
 
-REPEAT = 0.1
-"""Seconds between repetitions of the command."""
+REPEAT_S = 0.1
+"""Between repetitions of the command."""
 _ANSWERS = (KeyRefused, LayoutMismatch, ParameterError, CommandRefused)
 """Refusals by which the rig says that it did not take the record."""
 
 JOBS_MAX = 100
 """Requests that wait for the rig at once; an E-STOP takes the place of all of them."""
-LAST = 5.0
-"""Longest wait for the call that is under way at the end [s]."""
+END_MAX_S = 5.0
+"""Longest wait for the call that is under way at the end."""
 
-Target = tuple[float, float]
 Hears = Callable[[Request, Permit | None], None]
 """What is asked for, NONE where the target moves, and by whose leave: none for an E-STOP."""
-
-
-@dataclass
-class Job:
-    """Fields to change in the command, and everyone who waits for the rig's answer to it."""
-
-    permit: Permit
-    request: Request = Request.NONE
-    target: Target | None = None
-    settings: Settings | None = None
-    boot: int | None = None
-    """Boot id of the rig that the asker saw; None where it was silent just then."""
-    stops: int = 0
-    """How many E-STOPs were asked for before it."""
-    askers: list["Future[CommandReply]"] = field(default_factory=list)
-
-    @property
-    def moves_only(self) -> bool:
-        """A newer target may take this job's place."""
-        return self.request == Request.NONE and self.settings is None and self.target is not None
-
-    @property
-    def moves(self) -> bool:
-        """The rig may move by it."""
-        return self.request in (Request.FOLLOW, Request.TRACK) or self.moves_only
-
-    @property
-    def changes(self) -> bool:
-        """Whether it asks for anything, or only repeats."""
-        return self.request != Request.NONE or self.target is not None or self.settings is not None
-
-    def fail(self, error: TendrilError) -> None:
-        """Tell every asker that the command did not go out, or was not answered."""
-        for asker in self.askers:
-            if not asker.done():
-                asker.set_exception(error)
 
 
 class Operator:
     """Sends the desired command to the rig and resolves each asker's future with the rig's reply.
 
     `send` is the blocking call to the rig, `boot` the boot of the rig that is connected (None: not connected), `newest`
-    its newest telemetry row: numbers go on from what the rig echoes, so nobody's restart can repeat a request.
+    its newest telemetry row: numbers go on from what the rig echoes, so no restart can repeat a request.
     """
 
     def __init__(
@@ -117,7 +80,7 @@ class Operator:
         self._mover: Permit | None = None
         """Whose permit began the motion that the rig accepted last."""
         self._leaving = self._closed = False
-        self._shown = Shown(boot, newest)
+        self.acknowledgements = Acknowledgements(boot, newest)
         self.worker = Worker("operator", self._run)
         self.worker.start()
 
@@ -130,20 +93,16 @@ class Operator:
         """Tell `hears` of whatever moves or stops the rig, before it is sent; from any thread."""
         self._hears.append(hears)
 
-    def request(self, request: Request, permit: Permit, target: Target | None = None) -> "Future[CommandReply]":
-        """Ask for another mode; NotAllowed if `permit` no longer covers that when it is about to be sent."""
-        return self._ask(Job(permit, request=request, target=target))
-
     def move(self, target: Target, permit: Permit) -> "Future[CommandReply]":
         """Move the live target; while a call is under way only the newest one is kept, and answers for all."""
-        return self._ask(Job(permit, target=target))
+        return self.request(Request.NONE, permit, target)
 
     def change(self, settings: Settings, permit: Permit) -> "Future[CommandReply]":
         """Put other settings in force; they are kept only when the rig accepts them."""
-        return self._ask(Job(permit, settings=settings))
+        return self.request(Request.NONE, permit, settings=settings)
 
     def hold_left(self) -> None:
-        """HOLD what somebody began who no longer operates; what began by who operates now, or waits to, goes on."""
+        """HOLD what began by who no longer operates; what began by who operates now, or waits to, goes on."""
         permit = Permit(None, lambda request: self._moves_for_holder(), STILLING)
         with self._wake:
             self._jobs.append(Job(permit, Request.HOLD, boot=self._connected(), stops=self._stops))
@@ -157,7 +116,8 @@ class Operator:
         with self._wake:
             self._stops += 1
         answer = self.stopper.stop(who)
-        self._tell(Request.E_STOP, None)
+        for hears in self._hears:
+            hears(Request.E_STOP, None)
         with self._wake:
             self._drop(CommandRefused("overtaken by an E-STOP"))
         return answer
@@ -167,7 +127,7 @@ class Operator:
 
         Only for signs that come from the page itself at this moment; nothing that the server does is one.
         """
-        if permit.sign():
+        if permit.signed or permit.sign():
             with self._wake:
                 self._present += 1
                 self._signed = permit
@@ -181,17 +141,27 @@ class Operator:
         with self._wake:
             self._closed = True
             self._wake.notify()
-        self.worker.join(LAST)
+        self.worker.join(END_MAX_S)
         self.stopper.close()
 
-    def _ask(self, job: Job) -> "Future[CommandReply]":
+    def request(
+        self, request: Request, permit: Permit, target: Target | None = None, settings: Settings | None = None
+    ) -> "Future[CommandReply]":
+        """Ask for another mode, or for what may change without; NotAllowed if `permit` does not cover that at the
+        moment at which it is about to be sent.
+        """
         asker: Future[CommandReply] = Future()
         asker.set_running_or_notify_cancel()
-        job.askers.append(asker)
-        if job.request != Request.NONE or job.target is not None:
-            self._tell(job.request, job.permit)
-        job.boot = self._connected()
+        job = Job(permit, request, target, settings, askers=[asker])
+        if settings is None:
+            for hears in self._hears:
+                hears(request, permit)
+        if request != Request.NONE:
+            job.boot = self._connected()
         with self._wake:
+            if permit.signed:
+                self._present += 1
+                self._signed = permit
             job.stops = self._stops
             if self._closed:
                 job.fail(RigUnreachable("the server is shutting down"))
@@ -209,10 +179,6 @@ class Operator:
             self._wake.notify()
         return asker
 
-    def _tell(self, request: Request, permit: Permit | None) -> None:
-        for hears in self._hears:
-            hears(request, permit)
-
     def _drop(self, error: TendrilError, which: Callable[[Job], bool] = lambda job: True) -> None:
         jobs = list(self._jobs)
         self._jobs = deque(job for job in jobs if not which(job))
@@ -224,48 +190,58 @@ class Operator:
         due = time.monotonic()
         while True:
             self.worker.turn()
-            self._shown.look()
+            self.acknowledgements.look()
             with self._wake:
-                pause = max(0.0, due - time.monotonic())
-                self._wake.wait_for(lambda: self._jobs or self._closed, min(pause, LOOK) if self._shown else pause)
+                if not (self._jobs or self._closed):
+                    self._wake.wait(max(0.0, due - time.monotonic()))
                 if self._closed:
-                    self._shown.look(all_of_them=True)
+                    self.acknowledgements.look(all_of_them=True)
                     return self._drop(RigUnreachable("the server is shutting down"))
                 if not self._jobs and time.monotonic() < due:
                     continue
-                job = self._jobs.popleft() if self._jobs else Job(own())
-            due = time.monotonic() + REPEAT
+                job = self._jobs.popleft() if self._jobs else Job()
+            due = time.monotonic() + REPEAT_S
             try:
                 self._serve(job)
-            except BaseException:  # this thread ends, and begins anew: nobody may wait for what it was about to say
+            except BaseException:  # this thread ends, and begins again: no asker may wait for what it was about to say
                 job.fail(RigUnreachable("the server's thread to the rig ended"))
                 raise
 
     def _serve(self, job: Job) -> None:
         try:
-            self._settle(job)
+            if self._unsure:
+                self._settle(job)
             reply = self._call(job)
         except TendrilError as error:
             return job.fail(error)
         except Exception as error:  # the heartbeat must outlive any failure of one call
             return job.fail(RigUnreachable(f"the command could not be sent: {error}"))
-        asked = self._command.request_n if job.request != Request.NONE else 0
-        self._shown.give(reply, job.askers, self._boot, asked)
+        if reply.accepted and job.request != Request.NONE:
+            self.acknowledgements.add(job, reply, self._boot, self._command.request_n)
+        else:
+            job.answer(reply)
 
     def _settle(self, job: Job) -> None:
-        """After a record that may have moved the rig and was not answered: HOLD first, and a drag must begin anew."""
-        newest = self._newest() if self._unsure else None
+        """After a record that may have moved the rig and was not answered: HOLD first, and a drag must begin again."""
+        newest = self._newest()
         if newest is None or newest[0]["mode"] not in LIVE or job.request in STILLING:
             return
         self._call(Job(own(), Request.HOLD, boot=self._connected(), stops=self._stops))
         if job.moves_only:
-            raise CommandRefused("the last target was not answered, so the rig was told to hold: begin anew")
+            raise CommandRefused("the last target was not answered, so the rig was told to hold: begin again")
 
     def _call(self, job: Job) -> CommandReply:
-        newest = self._follow_boot(job)
-        if job.changes:
+        boot, newest = self._connected(), self._newest()
+        if boot is None or newest is None:
+            raise RigUnreachable("the rig does not answer")
+        if boot != self._boot:
+            self._command = _resume(newest[0], boot, self._command.settings)
+            self._boot, self._unsure = boot, False
+        if job.request != Request.NONE:
+            self._require_current(job, boot)
+        if job.permit is not None:
             job.permit.require(job.request)
-        before, command = self._command, self._next(job, newest)
+        before, command = self._command, self._next(job, newest[0])
         # Until the rig has taken it, the next record must not carry the settings; its numbers are used up all the same,
         # and its target is the newest that the rig may have: no older one may follow.
         used = {"n": command.n, "request_n": command.request_n, "presence": command.presence, "target": command.target}
@@ -291,8 +267,9 @@ class Operator:
     def _next(self, job: Job, newest: Any) -> Command:
         last, presence = self._command, self._command.presence
         with self._wake:
-            signs, self._present = self._present if self._signed.stands() else 0, 0
-        if signs:  # the rig takes only a number above all that it has seen, of any server
+            signs, self._present, signed = self._present, 0, self._signed
+        if signs and (signed is job.permit or signed.stands()):
+            # The rig takes only a number above all that it has seen, of any server.
             presence = max(presence, int(newest["presence"])) + signs
         changes: dict[str, Any] = {"n": last.n + 1, "presence": presence}
         if job.request != Request.NONE:
@@ -304,31 +281,20 @@ class Operator:
             changes["settings"] = job.settings
         return last.model_copy(update=changes)
 
-    def _follow_boot(self, job: Job) -> Any:
-        """The newest row of the boot that is connected; in a new boot, number on from what it echoes.
-
-        Settings outlive a restart of the rig; requests and targets do not.
-        """
-        boot, newest = self._connected(), self._newest()
-        if boot is None or newest is None:
-            raise RigUnreachable("the rig does not answer")
-        if boot != self._boot:
-            self._command = _resume(newest[0], boot, self._command.settings)
-            self._boot, self._unsure = boot, False
-        if job.request != Request.NONE:
-            if job.boot is None and job.request not in STILLING:  # those are good in any boot
-                raise RigUnreachable("the rig was silent when this was asked for: ask again")
-            if job.boot not in (None, boot):
-                raise CommandRefused("the rig restarted since this was asked for")
-            if self.stopper.waits:
-                raise CommandRefused("an E-STOP waits for the rig's answer")
-            if job.stops != self._stops:
-                raise CommandRefused("overtaken by an E-STOP")
-        return newest[0]
+    def _require_current(self, job: Job, boot: int) -> None:
+        """Raise unless the request was meant for this boot of the rig, and no E-STOP came after it."""
+        if job.boot is None and job.request not in STILLING:  # those are good in any boot
+            raise RigUnreachable("the rig was silent when this was asked for: ask again")
+        if job.boot not in (None, boot):
+            raise CommandRefused("the rig restarted since this was asked for")
+        if self.stopper.waits:
+            raise CommandRefused("an E-STOP waits for the rig's answer")
+        if job.stops != self._stops:
+            raise CommandRefused("overtaken by an E-STOP")
 
 
 def _resume(row: Any, boot: int, settings: Settings) -> Command:
-    """The command that changes nothing in this boot of the rig but the settings."""
+    """The command that changes nothing in a new boot of the rig but the settings, numbered on from what it echoes."""
     return Command(
         n=int(row["command_n"]),
         request_n=int(row["request_n"]),

@@ -20,8 +20,6 @@ from server.http.given import given
 from server.rig.history import History
 from server.settings import ServerSettings
 
-QUIET = 0.6
-"""Seconds without telemetry after which the page is told that the rig is gone, before the link itself gives up."""
 AGE_MAX = 86400.0
 
 
@@ -42,6 +40,8 @@ class Rig:
         )
         self.send = self._link.command
         """Send a command and wait for the loop's answer; see `RigClient.command`."""
+        self.boot = self._link.boot
+        """The boot of the rig that is connected now; None while there is none."""
 
     @property
     def info(self) -> RigInfo | None:
@@ -76,10 +76,6 @@ class Rig:
     def round_trip(self) -> float:
         """Median time of the last commands to the loop and back [s]; 0 before the first."""
         return self._link.rtt()
-
-    def boot(self) -> int | None:
-        """The boot of the rig that is connected now; None while there is none."""
-        return self._boot if self._link.connected and self._link.age() < QUIET else None
 
     @property
     def paused(self) -> bool:

@@ -60,7 +60,8 @@ class History:
         self._high = np.zeros((bins, len(CHANNELS)), np.float32)
         self._first = self._binned = 0
         self._bin_first = self._bin_stop = 0
-        self._newest: Rows | None = None
+        self.newest: Rows | None = None
+        """The newest telemetry row as an array of length 1; None before the first of this boot of the rig."""
         self._listeners: list[Callable[[Rows], None]] = []
 
     @property
@@ -72,11 +73,6 @@ class History:
     def bin_stop(self) -> int:
         """Number of the next bin."""
         return self._bin_stop
-
-    @property
-    def newest(self) -> Rows | None:
-        """The newest telemetry row as an array of length 1; None before the first of this boot of the rig."""
-        return self._newest
 
     @property
     def nbytes(self) -> int:
@@ -103,7 +99,7 @@ class History:
         newest = copied(rows[-1:])
         with self._lock:
             self._rows.add(rows)
-            self._newest = newest
+            self.newest = newest
             self._fill_bins()
 
     def largest(self, name: str, start: int) -> float:
@@ -117,7 +113,7 @@ class History:
         with self._lock:
             self._first = self._binned = self._rows.count
             self._bin_first = self._bin_stop
-            self._newest = None
+            self.newest = None
 
     def bins(self, start: int, stop: int, columns: list[int], most: int = BINS) -> Bins:
         """The bins [start, stop) as far as they are kept, `most` of them from the oldest on."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.assembly.rig import build_rig
 from controller.kernels.control.tick import tick
-from controller.schema.layout import record_dtype, to_record, write_record
+from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, LoopStatus, Measurement, Telemetry
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters, Settings
@@ -63,7 +63,7 @@ class Desk:
         return self.step()
 
     def settings(self, **settings: Any) -> None:
-        write_record(Settings(**settings), self.command["settings"][0])
+        self.command["settings"] = to_record(Settings(**settings))
 
     def plan(self, rows: np.ndarray, again: int = 0, ticks: int | None = None) -> None:
         """Put a reference for TRACK in place."""

@@ -8,7 +8,7 @@ from controller.arrays import Rows
 from controller.assembly.plant import build_plant
 from controller.assembly.rig import build_rig
 from controller.schema.actuator import PRESETS
-from controller.schema.layout import record_dtype, write_record
+from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, Telemetry
 from controller.schema.modes import Request
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
@@ -54,7 +54,7 @@ class Trial(Simulation):
     def switch(self, **settings: Any) -> None:
         """Change settings live."""
         self.settings = Settings(**{**self.settings.model_dump(), **settings})
-        write_record(self.settings, self.command["settings"][0])
+        self.command["settings"] = to_record(self.settings)
 
 
 SOFT: dict[str, Any] = {

@@ -4,7 +4,6 @@ import pytest
 
 from controller.link import client as link
 from server.access import lease
-from server.rig import client
 from tests.server.live_server import RigProcess, TestServer, free_environment
 
 PATIENT_QUIET = 3.0
@@ -14,14 +13,14 @@ PATIENT_QUIET = 3.0
 @pytest.fixture(autouse=True)
 def slow_operators(monkeypatch: pytest.MonkeyPatch) -> None:
     """A page that only posts keeps the lease on a busy machine, too; that one lapses is shown on a clock of its own."""
-    monkeypatch.setattr(lease, "LAPSE", 60.0)
+    monkeypatch.setattr(lease, "LAPSE_S", 60.0)
 
 
 @pytest.fixture(autouse=True)
 def patient_servers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Telemetry may be late by a second on a busy machine: no rig is gone for that, as none holds for it."""
-    monkeypatch.setattr(link, "QUIET", PATIENT_QUIET)
-    monkeypatch.setattr(client, "QUIET", PATIENT_QUIET)
+    monkeypatch.setattr(link, "QUIET_S", PATIENT_QUIET)
+    monkeypatch.setattr(link, "GONE_S", PATIENT_QUIET)
 
 
 @pytest.fixture(scope="session")

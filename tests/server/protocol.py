@@ -13,6 +13,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from controller.errors import RigUnreachable, SessionUnknown, TendrilError
+from controller.link.client import QUIET_S
 from controller.link.seal import Introduction, Sealer
 from controller.realtime import desk as desk_module
 from controller.schema.layout import to_record
@@ -20,12 +21,12 @@ from controller.schema.messages import Command, CommandReply
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import Settings
 from controller.system.worker import Worker
-from server.access.permit import Permit, own
+from server.access.permit import Permit
 from server.operate import operator as operator_module
 from server.operate import stopper as stopper_module
-from server.operate.operator import Job, Operator
+from server.operate.job import Job
+from server.operate.operator import Operator
 from server.operate.stopper import Stopper
-from server.rig.client import QUIET
 from tests.controller.desk import MS
 from tests.server.protocol_rig import KEY, KEYS, Asked, Message, Rig
 
@@ -114,15 +115,15 @@ class Server:
 
     def hears(self) -> int | None:
         """The boot whose rows come; None where they do not."""
-        return self.boot if self.world.now - self.seen < QUIET * 1000 * MS else None
+        return self.boot if self.world.now - self.seen < QUIET_S * 1000 * MS else None
 
     def step(self, fate: Fate) -> None:
         """One turn of the operator's thread: a job, or a repetition."""
         operator, self.fate = self.operator, fate
-        job = operator._jobs.popleft() if operator._jobs else Job(own())
+        job = operator._jobs.popleft() if operator._jobs else Job()
         self.serving = [one for one in self.world.asked if one.answer in job.askers]
         operator._serve(job)
-        operator._shown.look(all_of_them=True)  # as late as an answer comes: without the row that shows it
+        operator.acknowledgements.look(all_of_them=True)  # as late as an answer comes: without the row that shows it
 
     def step_stop(self, fate: Fate) -> None:
         """One turn of the stopper's thread."""

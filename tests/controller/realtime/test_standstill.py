@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from controller.errors import ParameterError, RigUnreachable
-from controller.link.client import QUIET
+from controller.link.client import GONE_S
 from controller.realtime.standstill import UNHEARD
 from controller.schema.messages import TwinTime
 from controller.schema.modes import Cause, Mode, Request
@@ -60,7 +60,7 @@ def pause(rig: LiveRig, seconds: float = 0.0) -> int:
 
 def test_paused_no_tick_is_taken_and_the_rig_stays_connected(rig: LiveRig) -> None:
     head = pause(rig)
-    assert pause(rig, 1.5 * QUIET) == head
+    assert pause(rig, 1.5 * GONE_S) == head
     assert rig.operator.client.connected
     assert rig.operator.client.age() < 0.5
 

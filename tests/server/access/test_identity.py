@@ -219,10 +219,10 @@ def test_one_session_operates_until_it_releases_or_falls_silent() -> None:
     assert lease.acquire(ann)
     assert not lease.acquire(bob)
     assert lease.view(bob).model_dump() == {"held": True, "mine": False, "holder": "ann", "clutch": False}
-    clock.now = leases.LAPSE
+    clock.now = leases.LAPSE_S
     lease.touch(bob)
     lease.touch(ann)
-    clock.now = 2 * leases.LAPSE
+    clock.now = 2 * leases.LAPSE_S
     assert lease.holds(ann)
     assert not lease.release(bob)
     clock.now += 0.1

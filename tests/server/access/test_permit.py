@@ -102,7 +102,7 @@ def test_a_lapsed_lease_and_an_ended_session_are_noticed_there_too(desk: Desk) -
     permit = desk.permits.operator(ANN)
     desk.gate.clear()
     waiting = desk.operator.request(Request.ARM, permit)
-    desk.clock.now = lease.LAPSE + 0.1
+    desk.clock.now = lease.LAPSE_S + 0.1
     desk.gate.set()
     assert "nobody operates" in refused(waiting)
     desk.lease.acquire(ANN)

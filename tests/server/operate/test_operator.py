@@ -262,7 +262,7 @@ def test_a_drag_goes_on_after_an_unanswered_target_only_by_a_fresh_press(loop: L
     try:
         assert moved.result(20).accepted
     except CommandRefused as error:
-        assert "begin anew" in str(error)
+        assert "begin again" in str(error)
     held = next(i for i, c in enumerate(loop.heard[before - 1 :]) if c.request == Request.HOLD)
     assert all(c.target == (0.2, 0.0) for c in loop.heard[before - 1 :][: held + 1])
 

@@ -111,7 +111,7 @@ def test_the_operators_drag_is_a_fresh_follow_then_moves(lease: OperatorLease) -
     assert [call for call in seen.calls if call[0] != "present"] == [
         ("hold_gizmo", True),
         ("request", Request.FOLLOW, (0.2, 0.0)),
-        ("move", (0.1, 2.0)),
+        ("request", Request.NONE, (0.1, 2.0)),
         ("hold_gizmo", False),
     ]
 

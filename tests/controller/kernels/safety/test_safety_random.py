@@ -20,7 +20,7 @@ from hypothesis.stateful import (
 )
 
 from controller.drivers.twin import inject
-from controller.schema.layout import write_record
+from controller.schema.layout import to_record
 from controller.schema.messages import TwinFaults
 from controller.schema.modes import Cause, Freeze, Law, Mode, Request
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings
@@ -123,7 +123,7 @@ class AnythingGoes(RuleBasedStateMachine):
 
     @rule(changed=changes)
     def change(self, changed: dict[str, Any]) -> None:
-        write_record(Settings(**changed), self.world.command["settings"][0])
+        self.world.command["settings"] = to_record(Settings(**changed))
 
     @precondition(lambda self: self.world.rows[-1]["mode"] != Mode.TRACK)
     @rule(radius=some.floats(0.0, 0.2), turns=some.floats(0.1, 10.0), rows=some.integers(1, 3000))
