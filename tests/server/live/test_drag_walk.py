@@ -143,9 +143,11 @@ async def test_a_dragged_target_enters_few_functions_from_socket_to_link(
 
 
 async def sent(operator: Operator, wire: Wire, objection: Any) -> None:
-    """One record leaves, and its permit's `objection` is called in the thread that sends."""
+    """One record leaves, and its permit's `objection` is called in the thread that sends, which then waits again."""
     asked = operator.request(Request.HOLD, Permit(None, objection))
     await asyncio.gather(asyncio.wrap_future(asked), return_exceptions=True)
+    while not operator._wake._waiters:  # type: ignore[attr-defined]
+        await asyncio.sleep(0.001)
     wire.left.clear()
 
 
