@@ -53,7 +53,7 @@ class Permit:
 
     def derived(self, objection: Callable[[Request | None], str]) -> "Permit":
         """Another one for the same holder, with an objection of its own, which asks this one's, too."""
-        return replace(self, objection=objection)
+        return replace(self, objection=objection, signed=False)
 
 
 def own() -> Permit:

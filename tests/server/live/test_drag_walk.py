@@ -27,11 +27,11 @@ from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import RigParameters, Settings
+from controller.system.loop_watchdog import LoopWatchdog
 from server.access.lease import OperatorLease
 from server.access.permit import Permit, Permits
 from server.access.sessions import Sessions
 from server.access.tokens import Secrets
-from server.health.loop_watchdog import LoopWatchdog
 from server.http.rates import Rates
 from server.http.refused import RefusedCounts
 from server.live.conversation import Conversation, Hearing
