@@ -34,7 +34,7 @@ from controller.schema.hardware import Drivers
 from controller.schema.layout import record_dtype, to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
 from controller.schema.modes import Request
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 
 log = logging.getLogger(__name__)
 
@@ -106,7 +106,7 @@ class RigClient:
         self._session = open_session(key=key, connect=endpoint, tls=tls)
         self._asker = Asker(self._session, self._keys, key)
         self._stopper = Asker(self._session, self._keys, key, urgent=True)
-        self.worker = Worker("rig-link", self._work)
+        self.worker = SupervisedThread("rig-link", self._work)
         self.worker.start()
         # Direct: no thread of Python's for zenoh, which would keep an interpreter from ending without `close`.
         on_batch, on_alive = (
@@ -221,7 +221,7 @@ class RigClient:
         self._session.close()
         while self.worker.alive:
             self._queue.put(None)
-            if self.worker.join(0.1):
+            if self.worker.stop(0.1):
                 return
 
     def _of_twin(self, kind: type[M], key: str, wanted: M | None) -> M:

@@ -13,8 +13,8 @@ from typing import IO, TYPE_CHECKING, NamedTuple
 from controller.errors import RigUnreachable, StartRefused, TendrilError
 from controller.realtime.settings import REFUSED, RigReady, RigSettings, failure_file, free_port
 from controller.schema.parameters import RigParameters
-from controller.system.child import Child, launched
-from controller.system.worker import Worker
+from controller.system.child import ChildProcess, launched
+from controller.system.thread import SupervisedThread
 
 if TYPE_CHECKING:
     from controller.realtime.ring import Ring
@@ -67,14 +67,14 @@ class Supervisor:
         self._ticked_last, self._wanted = fallback, self.settings.parameters
         self._ticked, self._ever_ticked, self._untold = False, False, fallback is not None
         self._starts: queue.SimpleQueue[Started] = queue.SimpleQueue()
-        self._child = Child(f"rig {settings.rig}", self._launch)
+        self._child = ChildProcess(f"rig {settings.rig}", self._launch)
         self._ring: Ring | None = None
         self._late = 0.0
         self._stopping, self._replaced = threading.Event(), threading.Event()
         self._ready = threading.Event()
         self._failed_first = False
         self._first_code: int | None = None
-        self.worker = Worker("rig-supervisor", self._watch, LONGEST)
+        self.worker = SupervisedThread("rig-supervisor", self._watch, LONGEST)
 
     @property
     def endpoint(self) -> str:
@@ -121,8 +121,8 @@ class Supervisor:
     def stop(self) -> None:
         """End the rig with SIGTERM, after a while with SIGKILL."""
         self._stopping.set()
-        self.worker.join()
-        self._child.end(STOP_TIMEOUT)
+        self.worker.stop()
+        self._child.stop(STOP_TIMEOUT)
         self._folder.cleanup()
 
     def _watch(self) -> None:
@@ -139,7 +139,7 @@ class Supervisor:
     def _look(self) -> bool:
         """One look at the rig; whether it has ended for good."""
         if self._replaced.is_set():
-            self._child.end(STOP_TIMEOUT)
+            self._child.stop(STOP_TIMEOUT)
             self._replaced.clear()
             self._ticked_last = self._ticked_last or self.settings.parameters  # replaced before it could be proven
             self._untold = True

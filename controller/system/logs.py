@@ -11,6 +11,8 @@ from datetime import UTC, datetime
 from types import TracebackType
 from typing import Literal
 
+from controller.system.thread import SupervisedThread
+
 LogFormat = Literal["text", "json"]
 
 _OWN = frozenset(logging.makeLogRecord({}).__dict__) | {"message", "asctime", "color_message"}
@@ -68,7 +70,7 @@ class Background(logging.Handler):
         self._queue: queue.SimpleQueue[logging.LogRecord | threading.Event] = queue.SimpleQueue()
         self._left_out = 0
         self.setFormatter(handlers[0].formatter if handlers else None)
-        threading.Thread(target=self._run, name="log", daemon=True).start()
+        SupervisedThread("log", self._run).start()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Hand the record over, with its text as it is now."""

@@ -1,4 +1,4 @@
-"""A process of its own that works for this one, kept from one piece of work to the next.
+"""A child process that works for this one, kept from one piece of work to the next.
 
 What is called there is imported there: compilers, kernels and tables stay out of our memory, and what takes seconds
 stays out of the way of our event loop. The work must be a function of a module, its arguments and result picklable. It
@@ -7,27 +7,26 @@ may be done twice: a process that is killed is started again, and asked once mor
 
 import asyncio
 import itertools
-import os
 import pickle
-import signal
 import socket
 import struct
+import subprocess
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, wait
-from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any, ParamSpec, TypeVar
 
 from controller.errors import ProcessKilled
-from controller.system.child import launched
+from controller.system.child import ChildProcess, kill_session, launched
+from controller.system.thread import SupervisedThread
 
 P = ParamSpec("P")
 T = TypeVar("T")
-PATIENCE = 120.0
-"""Longest wait for an answer before the process is taken to hang [s]."""
-SENDING = 10.0
-"""The same for it to take in what it is asked [s]."""
+ANSWER_S = 120.0
+"""Longest wait for an answer before the process is taken to hang."""
+SENDING_S = 10.0
+"""The same for it to take in what it is asked."""
 TRIES = 2
 NUMBER = struct.Struct("q")
 """Of a question, before it and before its answer."""
@@ -36,18 +35,28 @@ NUMBER = struct.Struct("q")
 class WorkProcess:
     """Thread safe. The process starts when it is first asked; it and all that it runs end when this one does."""
 
-    def __init__(self, name: str, patience: float | None = PATIENCE, nice: int = 0, tries: int = TRIES) -> None:
+    def __init__(self, name: str, patience: float | None = ANSWER_S, nice: int = 0, tries: int = TRIES) -> None:
         """`name` says what it is for, in errors and in the list of processes; `patience` None: work may take hours."""
         self._name, self._patience, self._nice, self._tries = name, patience, nice, tries
-        self._life: _Life | None = None
-        self._closed = False
+        self._child = ChildProcess(name, self._launch)
+        self._line: _Line | None = None
+        self._stopped = False
         self._starting = threading.Lock()
 
     @property
     def pid(self) -> int | None:
         """Of the process, while there is one."""
-        life = self._life
-        return life.process.pid if life is not None and life.alive else None
+        process = self._child.process
+        return process.pid if process is not None and self._child.alive else None
+
+    @property
+    def trouble(self) -> str:
+        """What is wrong with it, "" when it is well: it starts when it is asked."""
+        return "" if self._line is None or self._stopped else self._child.trouble
+
+    def start(self) -> None:
+        """Start it before it is asked."""
+        self._open_line()
 
     async def do(self, work: Callable[P, T], *arguments: P.args, **named: P.kwargs) -> T:
         """`work(*arguments, **named)` there: its result, or its error; ProcessKilled where it was killed twice."""
@@ -57,11 +66,11 @@ class WorkProcess:
         """The same for a thread that may wait."""
         asked = pickle.dumps((work, arguments, named))
         for _ in range(self._tries):
-            life = self._living()
+            line = self._open_line()
             try:
-                answer = life.ask(asked)
+                answer = line.ask(asked)
                 if not wait([answer], self._patience).done:
-                    life.end()
+                    line.end()
                     raise ProcessKilled(f"{self._name} took more than {self._patience:g} s; it was ended")
                 found: T = answer.result()
             except _Gone:
@@ -70,52 +79,54 @@ class WorkProcess:
         twice = " twice" * (self._tries > 1)
         raise ProcessKilled(f"{self._name}: its process was killed{twice}, perhaps for want of memory")
 
-    def close(self) -> None:
-        """End the process, if there is one, and start none again; who waits for it hears of that."""
+    def stop(self, timeout: float = 0.0) -> bool:
+        """End the process at once, if there is one, and start none again; who waits for it hears of that."""
         with self._starting:
-            self._closed = True
-            if self._life is not None:
-                self._life.end()
+            self._stopped = True
+            if self._line is not None:
+                self._line.end()
+        return True
 
-    def _living(self) -> "_Life":
+    def _open_line(self) -> "_Line":
         with self._starting:
-            if self._closed:
+            if self._stopped:
                 raise ProcessKilled(f"{self._name} has ended")
-            if self._life is None or not self._life.alive:
-                self._life = _Life(self._name, self._nice)
-            return self._life
+            if self._line is None or not self._line.is_open or not self._child.alive:
+                self._child.start()
+            assert self._line is not None
+            return self._line
+
+    def _launch(self) -> "subprocess.Popen[bytes]":
+        ours, theirs = socket.socketpair()
+        ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(SENDING_S), 0))
+        with theirs:
+            end = theirs.fileno()
+            process = launched(("controller.system.working", str(end), str(self._nice), self._name), None, keep=(end,))
+        self._line = _Line(self._name, process, Connection(ours.detach()))
+        return process
 
 
 class _Gone(Exception):
     """The process ended before it answered."""
 
 
-class _Life:
-    """One process, and what it was asked and has not answered."""
+class _Line:
+    """To one process: what it was asked and has not answered."""
 
-    def __init__(self, name: str, nice: int) -> None:
-        ours, theirs = socket.socketpair()
-        ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", int(SENDING), 0))
-        with theirs:
-            end = theirs.fileno()
-            self.process = launched(("controller.system.working", str(end), str(nice), name), None, keep=(end,))
-        self._pipe = Connection(ours.detach())
+    def __init__(self, name: str, process: "subprocess.Popen[bytes]", pipe: Connection) -> None:
+        self._process, self._pipe = process, pipe
         self._asked: dict[int, Future[Any]] = {}
         self._numbers = itertools.count()
         self._sending, self._lock = threading.Lock(), threading.Lock()
-        self._open = True
-        threading.Thread(target=self._read, name=name, daemon=True).start()
-
-    @property
-    def alive(self) -> bool:
-        return self._open and self.process.poll() is None
+        self.is_open = True
+        SupervisedThread(name, self._read).start()
 
     def ask(self, asked: bytes) -> "Future[Any]":
         """What comes of it, once; raises _Gone where it cannot be asked."""
         answer: Future[Any] = Future()
         with self._lock:
             number = next(self._numbers)
-            if not self._open:
+            if not self.is_open:
                 raise _Gone
             self._asked[number] = answer
         try:
@@ -127,8 +138,7 @@ class _Life:
 
     def end(self) -> None:
         """Kill it and what it runs; the reader then tells who waits."""
-        with suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)
+        kill_session(self._process)
 
     def _read(self) -> None:
         """Hand out the answers until the process ends."""
@@ -145,9 +155,9 @@ class _Life:
 
     def _close(self) -> None:
         with self._lock:
-            self._open, waiting = False, list(self._asked.values())
+            self.is_open, waiting = False, list(self._asked.values())
         self.end()
-        self.process.wait()
+        self._process.wait()
         with self._sending:
             self._pipe.close()
         for answer in waiting:

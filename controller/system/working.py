@@ -17,8 +17,8 @@ from controller.errors import TendrilError
 from controller.system.memory import few_arenas, give_back
 from controller.system.work_process import NUMBER
 
-AT_ONCE = 4
-"""Pieces of work; one that is long does not keep the others."""
+WORKERS = 4
+"""Pieces of work at once; one that is long does not keep the others."""
 
 
 class Working:
@@ -27,7 +27,7 @@ class Working:
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
         self._sending = threading.Lock()
-        self._threads = ThreadPoolExecutor(AT_ONCE, "work")
+        self._threads = ThreadPoolExecutor(WORKERS, "work")
 
     def run(self) -> None:
         """Read until the other end is closed."""

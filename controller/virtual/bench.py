@@ -11,6 +11,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.drivers.conformance.bench import RADIUS, Driven
 from controller.schema.hardware import CHANNELS
+from controller.system.thread import SupervisedThread
 from controller.virtual.peers import Drive
 from controller.virtual.registry import CAPTURE_PEERS, capture_peer, valve_peer
 
@@ -69,8 +70,7 @@ class PeerBench:
             else valve_peer(driver, {}, self.chambers.pressures, self.chambers.take)
         )
         self._silent = False
-        self._ends = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._camera = SupervisedThread("conformance-camera", self._show)
 
     @property
     def options(self) -> dict[str, str | int]:
@@ -84,9 +84,8 @@ class PeerBench:
             self.peer.thaw()
         self._silent = False
         self.peer.plug()
-        if self._capture and self._thread is None:
-            self._thread = threading.Thread(target=self._show, name="conformance-camera", daemon=True)
-            self._thread.start()
+        if self._capture and not self._camera.started:
+            self._camera.start()
 
     def unplug(self) -> None:
         """Vanish."""
@@ -104,9 +103,7 @@ class PeerBench:
 
     def close(self) -> None:
         """End everything."""
-        self._ends.set()
-        if self._thread is not None:
-            self._thread.join()
+        self._camera.stop()
         with suppress(OSError):
             self.plug()  # a frozen one hears no end
         self.peer.unplug()
@@ -114,7 +111,7 @@ class PeerBench:
             self.peer.close()
 
     def _show(self) -> None:
-        while not self._ends.wait(FRAME_PERIOD):
+        while not self._camera.wait(FRAME_PERIOD):
             if self._silent:
                 continue
             now = time.monotonic_ns()

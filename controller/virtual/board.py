@@ -10,7 +10,6 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import threading
 import time
 import weakref
 from pathlib import Path
@@ -22,6 +21,8 @@ from controller.drivers.valves.serial_board.frames import OPENING_END, SUPPLY_CU
 from controller.errors import TendrilError
 from controller.realtime.priority import prefer_session
 from controller.schema.hardware import CHANNELS
+from controller.system.child import end_now
+from controller.system.thread import SupervisedThread
 from controller.virtual.firmware import WATCHDOG_MS, built_firmware
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
 
@@ -61,8 +62,7 @@ class BoardPeer:
         self.words: Words = np.memmap(self._folder / "shared", np.int64, "w+", shape=(WORDS,))
         self.words[0] = MAGIC
         self._process: subprocess.Popen[bytes] | None = None
-        self._thread: threading.Thread | None = None
-        self._stopping = threading.Event()
+        self._wires = SupervisedThread("board-peer", self._couple)
 
     @property
     def options(self) -> dict[str, str | int]:
@@ -120,19 +120,12 @@ class BoardPeer:
         self._port.unlink(missing_ok=True)
         if process is None:
             return
-        process.kill()
-        process.wait()
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                with contextlib.suppress(OSError):
-                    pipe.close()
+        end_now(process)
 
     def close(self) -> None:
         """End the firmware and its thread, and remove what it left."""
-        self._stopping.set()
         self.power_off()
-        if self._thread is not None:
-            self._thread.join()
+        self._wires.stop()
         self._forgotten()
 
     def _start(self) -> None:
@@ -142,9 +135,8 @@ class BoardPeer:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True
         )
         prefer_session(self._process.pid)
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._couple, name="board-peer", daemon=True)
-            self._thread.start()
+        if not self._wires.started:
+            self._wires.start()
 
     def _alive(self) -> "subprocess.Popen[bytes]":
         if self._process is None or self._process.poll() is not None:
@@ -170,7 +162,7 @@ class BoardPeer:
     def _couple(self) -> None:
         """Sensors in, valves out, once a millisecond."""
         steps, stepped = -1, time.monotonic()
-        while not self._stopping.wait(STEP_S):
+        while not self._wires.wait(STEP_S):
             self._sense()
             if self.words[STEPS] != steps:
                 steps, stepped = int(self.words[STEPS]), time.monotonic()

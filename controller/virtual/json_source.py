@@ -2,12 +2,11 @@
 
 import json
 import math
-import socket
-import threading
 import time
 from contextlib import suppress
 
 from controller.arrays import Array
+from controller.virtual.udp_end import Sender, UdpEnd, free_udp_port
 
 ADDRESS = "127.0.0.1"
 
@@ -24,12 +23,11 @@ class JsonSource:
         dimensions: int = 3,
     ) -> None:
         """`port`: at which the driver listens; 0: one that is free now."""
-        self.port = port or _free_port()
+        self.port = port or free_udp_port(ADDRESS)
         self.offset, self.answers, self.dimensions = offset, answers, dimensions
         self.number = 0
         self._born = time.monotonic_ns()
-        self._socket: socket.socket | None = None
-        self._thread: threading.Thread | None = None
+        self._end = UdpEnd("json source", self._take)
 
     @property
     def options(self) -> dict[str, str | int]:
@@ -42,25 +40,12 @@ class JsonSource:
 
     def plug(self) -> None:
         """Begin to send; raises OSError."""
-        if self._socket is not None:
-            return
-        made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            made.bind((ADDRESS, 0))
-        except OSError:
-            made.close()
-            raise
-        made.settimeout(0.05)
-        self._socket = made
-        self._thread = threading.Thread(target=self._serve, args=(made,), name="json source", daemon=True)
-        self._thread.start()
+        if not self._end.is_open:
+            self._end.plug(ADDRESS, 0)
 
     def unplug(self) -> None:
         """Vanish."""
-        made, self._socket = self._socket, None
-        if made is not None and self._thread is not None:
-            self._thread.join()
-            made.close()
+        self._end.unplug()
 
     def show(self, t_ns: int, points: Array, labels: tuple[str, ...]) -> None:
         """Send a frame that was captured at `t_ns` (monotonic): points (M,3) [m], nan not seen."""
@@ -72,29 +57,14 @@ class JsonSource:
         self._send(t_ns, {"arcs": arcs.tolist(), "angles": [x if math.isfinite(x) else None for x in angles.tolist()]})
 
     def _send(self, t_ns: int, content: dict[str, object]) -> None:
-        made = self._socket
-        if made is not None:
+        if self._end.is_open:
             self.number += 1
             frame = {"t": self.seconds(t_ns), "n": self.number} | content
-            with suppress(OSError):
-                made.sendto(json.dumps(frame).encode(), (ADDRESS, self.port))
+            self._end.send(json.dumps(frame).encode(), (ADDRESS, self.port))
 
-    def _serve(self, made: socket.socket) -> None:
-        while self._socket is made:
-            try:
-                datagram, peer = made.recvfrom(65535)
-            except TimeoutError:
-                continue
-            except OSError:
-                return
-            now = self.seconds(time.monotonic_ns())
-            if self.answers:
-                with suppress(ValueError, TypeError, KeyError, OSError):
-                    answer = {"ask": json.loads(datagram)["ask"], "t": now}
-                    made.sendto(json.dumps(answer).encode(), peer)
-
-
-def _free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
-        asked.bind((ADDRESS, 0))
-        return int(asked.getsockname()[1])
+    def _take(self, datagram: bytes, sender: Sender) -> None:
+        now = self.seconds(time.monotonic_ns())
+        if self.answers:
+            with suppress(ValueError, TypeError, KeyError):
+                answer = {"ask": json.loads(datagram)["ask"], "t": now}
+                self._end.send(json.dumps(answer).encode(), sender)

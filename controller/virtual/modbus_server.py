@@ -10,6 +10,7 @@ from pymodbus.constants import ExcCodes
 from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
+from controller.system.thread import SupervisedThread
 from controller.virtual.peers import ReadPressures, TakeDrive
 from controller.virtual.vtem_terminal import DUMP, INPUTS, OUTPUT_WORDS, OUTPUTS, WATCHDOG, VtemTerminal
 
@@ -35,7 +36,7 @@ class ModbusPeer:
         self._port, self._unit = port, unit
         self._loop: asyncio.AbstractEventLoop | None = None
         self._server: Any = None
-        self._thread: threading.Thread | None = None
+        self._thread: SupervisedThread | None = None
         self._alone: threading.Timer | None = None
         self._half = False
 
@@ -51,7 +52,7 @@ class ModbusPeer:
         if self._alone is not None:
             self._alone.cancel()
         self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name="modbus-peer", daemon=True)
+        self._thread = SupervisedThread("modbus-peer", self._loop.run_forever)
         self._thread.start()
         try:
             self._run(self._listen())
@@ -66,7 +67,7 @@ class ModbusPeer:
             return
         self._run(self._drop())
         loop.call_soon_threadsafe(loop.stop)
-        thread.join()
+        thread.stop()
         loop.close()
         self._thread = self._loop = self._server = None
         left = self.terminal.left(time.monotonic())

@@ -4,12 +4,12 @@ import socket
 import struct
 import threading
 import time
-from contextlib import suppress
 
 import numpy as np
 
 from controller.arrays import Array
 from controller.virtual.natnet_wire import Version, definitions, frame, message, server_info
+from controller.virtual.udp_end import Sender, UdpEnd, free_udp_port
 
 CLIENTS = 16
 """Most at a time."""
@@ -61,8 +61,7 @@ class NatNetServer:
         self._labels, self._changed = labels, False
         self._clients: dict[tuple[str, int], _Client] = {}
         self._lock = threading.Lock()
-        self._socket: socket.socket | None = None
-        self._thread: threading.Thread | None = None
+        self._end = UdpEnd("natnet server", self._take)
         self._born = time.monotonic_ns()
 
     @property
@@ -90,40 +89,26 @@ class NatNetServer:
 
     def plug(self) -> None:
         """Begin to answer and stream; raises OSError."""
-        if self._socket is not None:
+        if self._end.is_open:
             return
         self._choose_ports()
-        made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            made.bind((self.address, self.command_port))
-            if self.multicast:
-                made.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(self.address))
-                made.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
-        except OSError:
-            made.close()
-            raise
-        made.settimeout(0.05)
-        self._socket = made
-        self._thread = threading.Thread(target=self._serve, args=(made,), name="natnet server", daemon=True)
-        self._thread.start()
+        group = socket.inet_aton(self.address)
+        several = (socket.IPPROTO_IP, socket.IP_MULTICAST_IF, group), (socket.IPPROTO_IP, socket.IP_MULTICAST_LOOP, 1)
+        self._end.plug(self.address, self.command_port, several if self.multicast else ())
 
     def _choose_ports(self) -> None:
-        self.command_port = self.command_port or _free_port(self.address)
-        self.data_port = self.data_port or _free_port(self.address)
+        self.command_port = self.command_port or free_udp_port(self.address)
+        self.data_port = self.data_port or free_udp_port(self.address)
 
     def unplug(self) -> None:
         """Vanish: no one is told, and every client is forgotten."""
-        made, self._socket = self._socket, None
-        if made is not None and self._thread is not None:
-            self._thread.join()
-            made.close()
-            with self._lock:
-                self._clients.clear()
+        self._end.unplug()
+        with self._lock:
+            self._clients.clear()
 
     def show(self, t_ns: int, points: Array, labels: tuple[str, ...]) -> None:
         """Send a frame that was captured at `t_ns` (monotonic): points (M,3) [m], "" unlabelled, nan not seen."""
-        made = self._socket
-        if made is None:
+        if not self._end.is_open:
             return
         named = tuple(label for label in labels if label)
         if named != self._labels:
@@ -136,8 +121,7 @@ class NatNetServer:
             if version not in packets:
                 payload = frame(version, self.number, rows, labels, times, self.frequency, self._changed)
                 packets[version] = message(FRAME, payload)
-            with suppress(OSError):
-                made.sendto(packets[version], target)
+            self._end.send(packets[version], target)
 
     def _targets(self) -> list[tuple[tuple[str, int], Version]]:
         if self.multicast:
@@ -148,21 +132,12 @@ class NatNetServer:
             every = list(self._clients.items())
         return [((at[0], self.data_port) if self.to_data_port else at, who.version) for at, who in every]
 
-    def _serve(self, made: socket.socket) -> None:
-        while self._socket is made:
-            try:
-                datagram, sender = made.recvfrom(65535)
-            except TimeoutError:
-                continue
-            except OSError:
-                return
-            arrived = time.monotonic_ns()
-            if len(datagram) >= 4:
-                kind = int.from_bytes(datagram[:2], "little")
-                answer = self._answer(kind, datagram[4:], sender, arrived)
-                if answer is not None:
-                    with suppress(OSError):
-                        made.sendto(answer, sender)
+    def _take(self, datagram: bytes, sender: Sender) -> None:
+        arrived = time.monotonic_ns()
+        if len(datagram) >= 4:
+            answer = self._answer(int.from_bytes(datagram[:2], "little"), datagram[4:], sender, arrived)
+            if answer is not None:
+                self._end.send(answer, sender)
 
     def _answer(self, kind: int, payload: bytes, sender: tuple[str, int], arrived: int) -> bytes | None:
         if kind in (CONNECT, DISCOVERY):
@@ -213,9 +188,3 @@ class NatNetServer:
         if word == "FrameRate":
             return message(RESPONSE, struct.pack("<f", 100.0))
         return message(UNRECOGNIZED, b"")
-
-
-def _free_port(address: str) -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
-        asked.bind((address, 0))
-        return int(asked.getsockname()[1])

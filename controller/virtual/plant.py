@@ -18,6 +18,7 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Measurement, Telemetry, ValveCommand
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
+from controller.system.thread import SupervisedThread
 
 E_STOP, HOLD = int(Mode.E_STOP), int(Mode.HOLD)
 
@@ -90,19 +91,19 @@ class RunningPlant:
         self._reading = np.zeros(1, record_dtype(Measurement))
         self._scratch = words(self._reading).copy()
         self._posting, self._looking = threading.Lock(), threading.Lock()
-        self._thread = threading.Thread(target=self._run, name="plant", daemon=True)
+        self._thread = SupervisedThread("plant", self._run)
         compile_plant(build_plant(parameters), raw)
 
     def start(self) -> None:
         """Let its time go on."""
         self._thread.start()
-        while self.newest()["t_ns"] == 0 and self._thread.is_alive():
+        while self.newest()["t_ns"] == 0 and not self._thread.trouble:
             time.sleep(1e-3)
 
     def stop(self) -> None:
         """End the thread."""
         self._memory.stop[0] = 1
-        self._thread.join()
+        self._thread.stop()
 
     def newest(self) -> np.void:
         """A copy of the newest Measurement."""

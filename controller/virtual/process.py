@@ -4,11 +4,13 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
 from controller.errors import TendrilError
 from controller.schema.rig_file import changed, parse_rig_file
+from controller.system.child import end_now
 from controller.virtual.peers import LATENCY
 
 END = 10.0
@@ -58,14 +60,11 @@ class VirtualProcess:
 
     def stop(self) -> None:
         """End it, at worst by force."""
-        assert self._process.stdin is not None and self._process.stdout is not None
+        assert self._process.stdin is not None
         self._process.stdin.close()
-        try:
+        with suppress(subprocess.TimeoutExpired):
             self._process.wait(END)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._process.stdout.close()
+        end_now(self._process)
 
     def _answer(self) -> dict[str, Any]:
         assert self._process.stdout is not None

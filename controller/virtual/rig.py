@@ -28,6 +28,7 @@ from controller.schema.hardware import CHANNELS, Frame, MotionCapture, Valves
 from controller.schema.messages import TwinFaults
 from controller.schema.parameters import SENSORS
 from controller.schema.rig_file import RigFile, changed, read_rig_file
+from controller.system.thread import SupervisedThread
 from controller.system.whole_file import write_whole
 from controller.virtual.peers import LATENCY, CapturePeer, Drive, Peer
 from controller.virtual.plant import RunningPlant
@@ -57,8 +58,7 @@ class Camera:
         self._random = random.Random(1)
         self._waiting: deque[tuple[int, Array]] = deque()
         self._ages_ns: deque[int] = deque(maxlen=FRAMES_TOLD)
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
+        self._thread = SupervisedThread("camera", self._run)
 
     def start(self) -> None:
         """Begin to show what the plant's own camera sees."""
@@ -75,14 +75,12 @@ class Camera:
 
     def stop(self) -> None:
         """End the thread and the wire."""
-        self._stopping.set()
-        if self._thread.ident is not None:
-            self._thread.join()
+        self._thread.stop()
         self.peer.unplug()
 
     def _run(self) -> None:
         seen = 0
-        while not self._stopping.wait(POLL_S):
+        while not self._thread.wait(POLL_S):
             newest = self._plant.newest()
             if newest["t_ns"] != seen:
                 seen = int(newest["t_ns"])

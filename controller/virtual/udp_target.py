@@ -1,13 +1,11 @@
 """A Simulink or LabVIEW target on UDP that is not there: the datagrams of docs/udp.md, and a watchdog of its own."""
 
-import socket
 import threading
 import time
 
 import numpy as np
 
 from controller.drivers.valves.udp_layout import (
-    COMMAND,
     CUT,
     LIMIT,
     RAW,
@@ -20,6 +18,7 @@ from controller.drivers.valves.udp_layout import (
 )
 from controller.schema.hardware import CHANNELS
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
+from controller.virtual.udp_end import Sender, UdpEnd
 
 WATCHDOG_S = 0.1
 """Without a command for so long it vents [s]."""
@@ -36,8 +35,7 @@ class UdpTargetPeer:
         """On a free port if `port` is 0; it keeps it when it is plugged in again."""
         self._read, self._take = read_pressures, take_drive
         self._port = port
-        self._socket: socket.socket | None = None
-        self._thread: threading.Thread | None = None
+        self._end = UdpEnd("udp-target", self._hear, lambda: self._look(time.monotonic()), WATCHDOG_S / 20)
         self._number = 0
         self._half = False
         self.silent = False
@@ -61,25 +59,12 @@ class UdpTargetPeer:
 
     def plug(self) -> None:
         """Listen; raises OSError where the port is taken."""
-        if self._thread is not None:
-            return
-        here = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            here.bind(("127.0.0.1", self._port))
-        except OSError:
-            here.close()
-            raise
-        here.settimeout(WATCHDOG_S / 20)
-        self._port, self._socket = here.getsockname()[1], here
-        self._thread = threading.Thread(target=self._run, args=(here,), name="udp-target", daemon=True)
-        self._thread.start()
+        if not self._end.is_open:
+            self._port = self._end.plug("127.0.0.1", self._port)
 
     def unplug(self) -> None:
         """Hear and say nothing any more; its watchdog vents when it is due."""
-        thread, self._socket = self._thread, None
-        if thread is not None:
-            thread.join()
-        self._thread = None
+        self._end.unplug()
         timer = threading.Timer(WATCHDOG_S, lambda: self._look(time.monotonic()))
         timer.daemon = True
         timer.start()
@@ -137,27 +122,19 @@ class UdpTargetPeer:
         pressures[:4], openings[:4] = command.pressures, command.openings
         self._take(Drive(pressures, openings, bool(command.flags & RAW), False, self._cut))
 
-    def _run(self, here: socket.socket) -> None:
-        while self._socket is here:
-            try:
-                data, sender = here.recvfrom(COMMAND.size + 1)
-            except TimeoutError:
-                data, sender = b"", None
-            except OSError:  # the other end is gone, and an earlier answer found no one
-                continue
-            if sender is not None and not self.silent:
-                self._answer(here, data, sender)
-            self._look(time.monotonic())
-        here.close()
+    def _hear(self, data: bytes, sender: Sender) -> None:
+        if not self.silent:
+            self._answer(data, sender)
+        self._look(time.monotonic())
 
-    def _answer(self, here: socket.socket, data: bytes, sender: tuple[str, int]) -> None:
+    def _answer(self, data: bytes, sender: Sender) -> None:
         reply = self.take(data)
         if reply is None:
             return
         answer = pack_reply(reply)
         if self._half:
             self._half, answer = False, answer[: len(answer) // 2]
-        here.sendto(answer, sender)
+        self._end.send(answer, sender)
 
     def _look(self, now: float) -> None:
         if self._heard and now - self._heard >= WATCHDOG_S and not self._stopped & WATCHDOG:

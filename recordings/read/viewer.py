@@ -9,7 +9,6 @@ import gzip
 import os
 import re
 import shutil
-import signal
 import subprocess
 import tempfile
 import threading
@@ -21,6 +20,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from controller.errors import RecordingError
+from controller.system.child import end_now
+from controller.system.thread import in_thread
 from controller.system.whole_file import is_regular, set_aside
 from recordings.format import tool
 
@@ -97,11 +98,7 @@ def _served() -> Iterator[str]:
         try:
             yield _address(process)
         finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            if process.stdout:
-                process.stdout.close()
+            end_now(process)
 
 
 def _address(process: "subprocess.Popen[str]") -> str:
@@ -116,7 +113,7 @@ def _address(process: "subprocess.Popen[str]") -> str:
                 found.set()
         found.set()
 
-    threading.Thread(target=read, name="rerun output", daemon=True).start()
+    in_thread("rerun output", read)
     found.wait(START_TIMEOUT)
     match = ADDRESS.search("".join(lines))
     if match is None:

@@ -1,7 +1,7 @@
 """One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
 
 import tempfile
-import threading
+from concurrent.futures import wait
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, Settings
 from controller.system.memory import give_back
+from controller.system.thread import in_thread
 from controller.system.whole_file import sync_file
 from recordings.format import plan
 from recordings.format.about import About, description, word
@@ -95,9 +96,7 @@ class RrdFile:
 
     def abandon(self) -> None:
         """Close a file that takes no more. rerun may wait for its dead writer then, for ever: it does so apart."""
-        closing = threading.Thread(target=self._stream.disconnect, name="abandoned-rrd", daemon=True)
-        closing.start()
-        closing.join(ABANDON_TIMEOUT)
+        wait([in_thread("abandoned-rrd", self._stream.disconnect)], ABANDON_TIMEOUT)
 
     def _begin(self, t_ns: int) -> None:
         self._origin = t_ns

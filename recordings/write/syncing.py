@@ -4,11 +4,11 @@ From a thread of its own: a slow disk holds up neither the rows nor the recorder
 """
 
 import os
-import threading
 import time
 from pathlib import Path
 
 from controller.errors import RecordingError
+from controller.system.thread import SupervisedThread
 from controller.system.whole_file import open_regular
 from recordings.format import sidecar
 from recordings.format.messages import Recording
@@ -34,8 +34,7 @@ class Syncer:
         self._description: Recording | None = None
         self._problem = ""
         self._began: float | None = None
-        self._ending = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="recording-sync", daemon=True)
+        self._thread = SupervisedThread("recording-sync", self._run)
 
     def start(self) -> None:
         """Go on by itself until `end`."""
@@ -59,12 +58,9 @@ class Syncer:
     def end(self, timeout: float = LAST_TIMEOUT) -> None:
         """Put all that was written on the disk, a last time; RecordingError where that fails."""
         self._description = None  # what is said at the end is written by the one who ends it
-        self._ending.set()
-        if self._thread.ident is None:
+        if not self._thread.started:
             self._sync()
-        else:
-            self._thread.join(timeout)
-        if self._thread.is_alive():
+        if not self._thread.stop(timeout):
             raise RecordingError(f"the disk did not take the recording within {timeout:g} s")
         self._file.close()
         self._require_disk()
@@ -74,7 +70,7 @@ class Syncer:
             raise RecordingError(f"the recording cannot be put on the disk: {self._problem}")
 
     def _run(self) -> None:
-        while not self._ending.wait(PERIOD) and not self._problem:
+        while not self._thread.wait(PERIOD) and not self._problem:
             self._sync()
         self._sync()
 

@@ -17,7 +17,7 @@ from controller.errors import RecordingError
 from controller.schema.layout import copied, record_dtype
 from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.parameters import Settings
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from recordings.format.annotations import Annotation
 from recordings.format.messages import DISK_TIMEOUT_S, SPLIT_BYTES, Bookmark, Recording, RecordingState
 from recordings.write.files import Files, FilesHere, WriterKilled
@@ -80,7 +80,7 @@ class Recorder:
         self._state = RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0)
         self._pending: list[Rows] = []
         self._pending_since = 0.0
-        self.worker = Worker("recorder", self._run, patience)
+        self.worker = SupervisedThread("recorder", self._run, patience)
         self.worker.start()
 
     def start(self, name: str, info: RigInfo, settings: Settings, context: Context = PLAIN) -> RecordingState:
@@ -167,7 +167,7 @@ class Recorder:
         """End a running recording and the recorder's thread."""
         self._queue.is_open = False
         self._queue.end()
-        self.worker.join(LAST)
+        self.worker.stop(LAST)
 
     def _give_up(self, why: str) -> None:
         self._given_up = f"{ENDED}: {why}"

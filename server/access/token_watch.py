@@ -5,13 +5,12 @@ CLOSED_AFTER it counts as if it had: who operates does so no more, and everybody
 be read. A file that is gone, or whose disk is, revokes nothing: nobody can have written into it.
 """
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from controller.errors import ParameterError
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from server.access.lease import OperatorLease
 from server.access.sessions import Sessions
 from server.access.tokens import Secrets, TokenFile
@@ -53,8 +52,7 @@ class TokenWatch:
         self._stamp = file.stamp()
         self._read: Read | None = None
         self._failing: float | None = None
-        self._closed = threading.Event()
-        self.worker = Worker("access tokens", self._run)
+        self.worker = SupervisedThread("access tokens", self._run)
 
     def start(self) -> None:
         """Look at the file once a second from now on."""
@@ -62,7 +60,7 @@ class TokenWatch:
 
     def stop(self) -> None:
         """Look no more."""
-        self._closed.set()
+        self.worker.stop(0.0)
 
     def poll(self) -> None:
         """Read the file if it has changed since it was last read whole; it may take as long as the disk does."""
@@ -104,6 +102,5 @@ class TokenWatch:
             self._events.add("an access token was changed: sessions of the old one have ended", "warning")
 
     def _run(self) -> None:
-        while not self._closed.wait(READ_S):
-            self.worker.turn()
+        while not self.worker.wait(READ_S):
             self.poll()

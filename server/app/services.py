@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 
 from controller.system.event_bus import EventBus
 from controller.system.scheduler import Scheduler
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from recordings.format.annotations import LogLine
 from recordings.store.store import Store, default_folder
 from recordings.write.files import FilesApart
@@ -135,15 +135,15 @@ class Services:
     def close(self) -> None:
         """End plans, commands and link, then run and recording (which have then seen every row), then the 3D view."""
         self.tokens.stop()
-        self.planner.close()
-        self.reader.close()
+        self.planner.stop()
+        self.reader.stop()
         self.operator.close()
         self.rig.close()
         self.procedures.close()
         self.runs.close()
         self.results.close()
         self.recorder.close()
-        self.writer.close()
+        self.writer.stop()
         self.scene.close()
         if self.webhook is not None:
             self.webhook.close()
@@ -237,7 +237,7 @@ def open_services(
     Reactions(rig, operator, events, bus)
 
     parts = (rig, operator, stopper, recorder, review, scene, tokens)
-    workers: list[Worker] = [part.worker for part in parts]
+    workers: list[SupervisedThread] = [part.worker for part in parts]
     workers += [webhook.worker] if webhook else []
     workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
     monitor = HealthMonitor(workers, scheduler, events)

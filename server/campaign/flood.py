@@ -10,14 +10,16 @@ import os
 import socket
 import struct
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import cycle
 from urllib.parse import urlsplit
 
 import httpx
 
+from controller.system.thread import in_thread
 from server.campaign.rows.abuse import MESSAGES, REQUESTS
 
 FRAMES = 100
@@ -53,11 +55,9 @@ class Flood:
             (bytes, cycle([self._requests([("POST", "/api/session", {"token": "guess"})], known=False)])),
             (bytes, cycle([b"GET / HTTP/1.1\r\nhost: "])),
         ]
-        threads = [threading.Thread(target=self._pour, args=kind) for kind in kinds]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
+        with ThreadPoolExecutor(len(kinds)) as threads:
+            for done in [threads.submit(self._pour, *kind) for kind in kinds]:
+                done.result()
 
     def _pour(self, hello: Callable[[], bytes], what: Iterator[bytes]) -> None:
         while time.monotonic() < self._end:
@@ -66,7 +66,7 @@ class Flood:
                 link.sendall(greeting := hello())
                 if greeting:
                     link.recv(4096)
-                threading.Thread(target=_drain, args=[link], daemon=True).start()
+                in_thread("drain", partial(_drain, link))
                 while time.monotonic() < self._end:
                     link.sendall(next(what))
             time.sleep(PAUSE)

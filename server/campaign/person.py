@@ -4,8 +4,8 @@ import contextlib
 import json
 import math
 import socket
-import threading
 import time
+from functools import partial
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -18,6 +18,7 @@ from controller.reference.library import CENTRE
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
+from controller.system.thread import SupervisedThread
 from server.campaign.waiting import Failed, require, wait
 from server.plots.messages import Kind
 
@@ -43,10 +44,10 @@ class Person:
         self.log: list[str] = []
         self._known: set[str] = set()
         self._n = self._targets = 0
-        self._closed = threading.Event()
         self.ask("POST", "/api/session", token=token)
         self._socket = self._connect()
-        threading.Thread(target=self._tell, name="person", daemon=True).start()
+        self._thread = SupervisedThread("person", self._tell)
+        self._thread.start()
 
     def request(self, method: str, path: str, **body: Any) -> httpx.Response:
         """The answer, whatever it is; one retry, because a connection may be left from a dead server."""
@@ -121,7 +122,7 @@ class Person:
 
     def close(self) -> None:
         """Leave."""
-        self._closed.set()
+        self._thread.stop(0.0)
         self.vanish()
         self._http.close()
 
@@ -136,7 +137,7 @@ class Person:
         headers = {"Cookie": cookies, "Origin": self.origin}
         url = f"{self.origin.replace('http', 'ws')}/ws/live"
         found = connect(url, additional_headers=headers, proxy=None, max_size=None, ping_interval=None)
-        threading.Thread(target=self._hear, args=[found], name="ear", daemon=True).start()
+        SupervisedThread("ear", partial(self._hear, found)).start()
         return found
 
     def _hear(self, live: ClientConnection) -> None:
@@ -160,7 +161,7 @@ class Person:
             self.log.append(f"refused: {message['detail']}")
 
     def _tell(self) -> None:
-        while not self._closed.wait(REPEAT_S):
+        while not self._thread.wait(REPEAT_S):
             if not self.asleep:
                 with contextlib.suppress(ConnectionClosed, OSError):
                     self._say()

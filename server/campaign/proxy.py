@@ -7,10 +7,11 @@ import contextlib
 import queue
 import random
 import socket
-import threading
 import time
 from dataclasses import dataclass
+from functools import partial
 
+from controller.system.thread import SupervisedThread, in_thread
 from server.campaign.waiting import wait
 
 CHUNK = 1 << 16
@@ -44,8 +45,8 @@ class Proxy:
         self._to = port
         self._open: list[socket.socket] = []
         self._listening = socket.create_server(("127.0.0.1", 0))
-        self._closed = False
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._thread = SupervisedThread("proxy", self._accept)
+        self._thread.start()
 
     @property
     def endpoint(self) -> str:
@@ -64,12 +65,12 @@ class Proxy:
 
     def close(self) -> None:
         """End for good."""
-        self._closed = True
+        self._thread.stop(0.0)
         self.cut()
         _close(self._listening)
 
     def _accept(self) -> None:
-        while not self._closed:
+        while not self._thread.stopping:
             try:
                 near, _ = self._listening.accept()
                 far = None if self.weather.cut else socket.create_connection(("127.0.0.1", self._to))
@@ -82,8 +83,8 @@ class Proxy:
             for source, sink in ((near, far), (far, near)):
                 source.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 waiting: queue.Queue[tuple[float, bytes]] = queue.Queue()
-                threading.Thread(target=self._read, args=(source, waiting), daemon=True).start()
-                threading.Thread(target=self._write, args=(waiting, sink), daemon=True).start()
+                in_thread("proxy", partial(self._read, source, waiting))
+                in_thread("proxy", partial(self._write, waiting, sink))
 
     def _read(self, source: socket.socket, waiting: "queue.Queue[tuple[float, bytes]]") -> None:
         due, data = 0.0, b"begin"

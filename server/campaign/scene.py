@@ -5,7 +5,6 @@ import json
 import os
 import shutil
 import signal
-import threading
 import time
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -20,6 +19,7 @@ from controller.realtime.supervisor import Supervisor
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, SafetyLimits
 from controller.schema.rig_file import parse_rig_file
+from controller.system.thread import SupervisedThread
 from controller.virtual.firmware import compiler
 from controller.virtual.process import VirtualProcess
 from server.campaign import inside, trace
@@ -112,9 +112,9 @@ class Scene:
         self._server = ServerChild(
             settings, folder / "server.json", program=(inside.__name__, "server.app"), output=self._log
         )
-        self.keep_server, self._over = True, threading.Event()
+        self.keep_server = True
         self.url = self._server.wait_ready().url
-        self._keeper = threading.Thread(target=self._keep, daemon=True)
+        self._keeper = SupervisedThread("keeper", self._keep)
         self._keeper.start()
         self.operator = Person(self.url)
 
@@ -225,8 +225,7 @@ class Scene:
 
     def close(self) -> None:
         """End everything; nothing is left in shared memory."""
-        self._over.set()
-        self._keeper.join()
+        self._keeper.stop()
         self.operator.close()
         for process in (self.server_process, self.rig_process):
             with contextlib.suppress(ProcessLookupError):
@@ -248,7 +247,7 @@ class Scene:
         return (self.folder / "output.log").read_text(errors="replace")
 
     def _keep(self) -> None:
-        while not self._over.wait(NAP):
+        while not self._keeper.wait(NAP):
             if self.keep_server:
                 self._server.keep_alive()
             self._carried_out.look()

@@ -7,7 +7,6 @@ attack they made.
 import contextlib
 import json
 import sys
-import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from pydantic import Base64Bytes
 from controller.link.guard import USER
 from controller.link.keys import Keys
 from controller.schema.layout import Model
+from controller.system.thread import SupervisedThread
 
 PAUSE = 0.02
 """Between two rounds of an attack [s]."""
@@ -119,19 +119,19 @@ def _declare(session: Any, order: Order, on_query: Callable[[Any], None]) -> Non
 class Stranger:
     """Comes again and again until it is told to leave."""
 
-    def __init__(self, way: Way, order: Order, over: threading.Event) -> None:
+    def __init__(self, way: Way, order: Order) -> None:
         self.rounds = 0
-        self._order, self._over, self._settings = order, over, _settings(way, order)
-        self._thread = threading.Thread(target=self._run)
+        self._order, self._settings = order, _settings(way, order)
+        self._thread = SupervisedThread("stranger", self._run)
         self._thread.start()
 
     def join(self) -> int:
         """How many rounds it made."""
-        self._thread.join()
+        self._thread.stop()
         return self.rounds
 
     def _run(self) -> None:
-        while not self._over.is_set():
+        while not self._thread.stopping:
             with contextlib.suppress(zenoh.ZError):  # a client that is not let in
                 self._visit()
             self.rounds += 1
@@ -142,7 +142,7 @@ class Stranger:
             config.insert_json5(name, json.dumps(value))
         with zenoh.open(config) as session:
             turn = 0
-            while not self._over.wait(PAUSE):
+            while not self._thread.wait(PAUSE):
                 ATTACKS[self._order.attack](session, self._order, turn)
                 turn += 1
                 self.rounds += 1
@@ -172,9 +172,8 @@ def _settings(way: Way, order: Order) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    order, over = Order.model_validate_json(Path(sys.argv[1]).read_bytes()), threading.Event()
-    strangers = [Stranger(way, order, over) for way in order.ways]
+    order = Order.model_validate_json(Path(sys.argv[1]).read_bytes())
+    strangers = [Stranger(way, order) for way in order.ways]
     print("begun", flush=True)
     sys.stdin.read()
-    over.set()
     print(min(one.join() for one in strangers), sum(one.rounds for one in strangers))

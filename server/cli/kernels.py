@@ -8,7 +8,7 @@ once, with arguments of the types that the tick gives them.
 import os
 import re
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import closing
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -31,15 +31,13 @@ POLL_S = 0.2
 def compile_kernels(out: Console) -> None:
     """Compile what is not in the cache yet, and show on `out` how far that is."""
     columns = TextColumn("Compiling kernels"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
-    with (
-        ThreadPoolExecutor(2) as threads,
-        closing(WorkProcess("compiling", patience=None)) as first,
-        closing(WorkProcess("compiling", patience=None)) as second,
-        Progress(*columns, console=out) as progress,
-    ):
+    both = [WorkProcess("compiling", patience=None) for _ in range(2)]
+    with ThreadPoolExecutor(2) as threads, ExitStack() as ends, Progress(*columns, console=out) as progress:
+        for process in both:
+            ends.callback(process.stop)
         bar = progress.add_task("", total=declared())
         for parts in ROUNDS:
-            asked = {threads.submit(who.call, part) for who, part in zip((first, second), parts, strict=False)}
+            asked = {threads.submit(who.call, part) for who, part in zip(both, parts, strict=False)}
             while asked:
                 done, asked = wait(asked, POLL_S)
                 progress.update(bar, completed=kept())

@@ -5,7 +5,7 @@ import threading
 import time
 from typing import Generic
 
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from server.log.event_file import EventFile, Line
 
 QUEUED = 10_000
@@ -27,7 +27,7 @@ class LineWriter(Generic[Line]):
         self._queue: queue.SimpleQueue[Line | threading.Event | None] = queue.SimpleQueue()
         self._left_out = 0
         self._problem, self._told, self._due = "", False, 0.0
-        self.worker = Worker(name, self._run, DISK_TIMEOUT_S)
+        self.worker = SupervisedThread(name, self._run, DISK_TIMEOUT_S)
         self.worker.start()
 
     def append(self, line: Line) -> None:
@@ -59,7 +59,7 @@ class LineWriter(Generic[Line]):
     def close(self) -> None:
         """Write what waits, as far as the disk takes it in time."""
         self._queue.put(None)
-        self.worker.join(LAST)
+        self.worker.stop(LAST)
 
     def _run(self) -> None:
         while True:

@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 
 import httpx
 
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from server.notify.messages import Notice
 
 QUEUED = 50
@@ -33,7 +33,7 @@ class Webhook:
         self._failing, self._news = False, queue.SimpleQueue[str]()
         self._closing = threading.Event()
         self._client = httpx.Client(timeout=TIMEOUT, trust_env=False, headers={"user-agent": "tendril"})
-        self.worker = Worker("webhook", self._run, MOST)
+        self.worker = SupervisedThread("webhook", self._run, MOST)
         self.worker.start()
 
     def post(self, notice: Notice) -> None:
@@ -54,7 +54,7 @@ class Webhook:
         """Send nothing more; what is under way may take as long as one attempt."""
         self._closing.set()
         self._queue.put(None)
-        self.worker.join(TIMEOUT)
+        self.worker.stop(TIMEOUT)
 
     def _run(self) -> None:
         while True:

@@ -31,7 +31,7 @@ from controller.schema.messages import Command, CommandReply
 from controller.schema.modes import STILLING, Cause, Request
 from controller.schema.parameters import Settings
 from controller.schema.states import LIVE
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.operate.job import Acknowledgements, Job
@@ -81,7 +81,7 @@ class Operator:
         """Whose permit began the motion that the rig accepted last."""
         self._leaving = self._closed = False
         self.acknowledgements = Acknowledgements(boot, newest)
-        self.worker = Worker("operator", self._run)
+        self.worker = SupervisedThread("operator", self._run)
         self.worker.start()
 
     @property
@@ -141,7 +141,7 @@ class Operator:
         with self._wake:
             self._closed = True
             self._wake.notify()
-        self.worker.join(END_MAX_S)
+        self.worker.stop(END_MAX_S)
         self.stopper.close()
 
     def request(

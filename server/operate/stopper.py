@@ -12,7 +12,7 @@ from concurrent.futures import Future
 from controller.errors import RigUnreachable, TendrilError
 from controller.schema.messages import CommandReply
 from controller.schema.modes import Cause
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 
 AGAIN = 0.05
 """Pause before an E-STOP that was not answered is sent again [s]."""
@@ -37,7 +37,7 @@ class Stopper:
         self._closed = False
         self.by = ""
         """Who pressed first since the rig was last known to be in no E-STOP, "" for nobody here."""
-        self.worker = Worker("e-stop", self._run)
+        self.worker = SupervisedThread("e-stop", self._run)
         self.worker.start()
 
     @property
@@ -74,7 +74,7 @@ class Stopper:
         with self._wake:
             self._closed = True
             self._wake.notify()
-        self.worker.join(LAST)
+        self.worker.stop(LAST)
 
     def _run(self) -> None:
         while True:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 from controller.errors import ProcessKilled, TendrilError
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from recordings.format.messages import Recording
 from recordings.read.viewer import viewer_files
 from recordings.store.finishing import check, depict, end_of, finish, repair
@@ -35,7 +35,7 @@ class Review:
         self._cut: Recording | None = None
         self.viewer: Path | None = None
         self.problem = ""
-        self.worker = Worker("review", self._run, LONGEST)
+        self.worker = SupervisedThread("review", self._run, LONGEST)
         self.worker.start()
 
     def take_cut(self) -> Recording | None:

@@ -14,7 +14,7 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
 from controller.schema.parameters import RigParameters
 from controller.system.keys import read_key
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from server.access.permit import Permit
 from server.http.given import given
 from server.rig.history import History
@@ -83,7 +83,7 @@ class Rig:
         return self._link.paused and self.boot() is not None
 
     @property
-    def worker(self) -> Worker:
+    def worker(self) -> SupervisedThread:
         """The link's thread, which brings the rows."""
         return self._link.worker
 

@@ -18,7 +18,7 @@ import viser
 
 from controller.arrays import Array, Rows
 from controller.schema.actuator import Actuator
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from server.http.given import given
 from server.http.who import Identity
 from server.scene.body import Body
@@ -50,7 +50,7 @@ class Scene:
         # Any client may ask for a public tunnel; there is none to be had.
         setattr(self._viser, "request_share_url", lambda *_, **__: None)  # noqa: B010
         logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
-        self._dragged, self._dirty, self._closed = threading.Event(), threading.Event(), threading.Event()
+        self._dragged, self._dirty = threading.Event(), threading.Event()
         self._sessions, self._entering = ViewSessions(light), dict[int, ViewSession]()
         self._trail: deque[tuple[float, Point]] = deque(maxlen=round(TRAIL * RATE))
         self._logged = set[type[Exception]]()
@@ -58,7 +58,7 @@ class Scene:
         self._build(actuator())
         self._viser.on_client_connect(self._attach)
         self._viser.on_client_disconnect(self._leave)
-        self.worker = Worker("scene", self._run)
+        self.worker = SupervisedThread("scene", self._run)
         self.worker.start()
 
     @property
@@ -98,8 +98,7 @@ class Scene:
 
     def close(self) -> None:
         """Stop updating and close viser."""
-        self._closed.set()
-        self.worker.join(LAST)
+        self.worker.stop(LAST)
         with contextlib.redirect_stdout(io.StringIO()):
             self._viser.stop()
 
@@ -122,8 +121,7 @@ class Scene:
 
     def _run(self) -> None:
         shown = -1
-        while not self._closed.wait(1 / RATE):
-            self.worker.turn()
+        while not self.worker.wait(1 / RATE):
             try:
                 shown = self._refresh(shown)
                 for session in self._sessions:

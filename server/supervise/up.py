@@ -19,7 +19,7 @@ from controller.errors import KeyRefused, StartRefused, TendrilError
 from controller.realtime.settings import REFUSED, RigSettings, free_port
 from controller.realtime.supervisor import Supervisor
 from controller.schema.parameters import RigParameters
-from controller.system.child import Child, launched
+from controller.system.child import ChildProcess, launched
 from controller.system.keys import made_key, mended_key
 from controller.system.logs import log_in_background
 from controller.system.scheduler import ErrorGuard
@@ -52,7 +52,7 @@ class ServerChild:
         self._environment = environment(settings)
         self._ready = ready
         self.settings = settings
-        self._child = Child("the server", self._launch)
+        self._child = ChildProcess("the server", self._launch)
         self._child.start()
 
     @property
@@ -86,7 +86,7 @@ class ServerChild:
 
     def stop(self) -> None:
         """End it with SIGTERM, after a while with SIGKILL."""
-        self._child.end(STOP_TIMEOUT)
+        self._child.stop(STOP_TIMEOUT)
 
     def _launch(self) -> "subprocess.Popen[bytes]":
         self._ready.unlink(missing_ok=True)

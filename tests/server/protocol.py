@@ -20,7 +20,7 @@ from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import Settings
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from server.access.permit import Permit
 from server.operate import operator as operator_module
 from server.operate import stopper as stopper_module
@@ -173,7 +173,7 @@ class World:
 
     def __post_init__(self) -> None:
         for module in (operator_module, stopper_module):
-            module.Worker = Unthreaded  # type: ignore[misc, assignment]
+            module.SupervisedThread = Unthreaded  # type: ignore[misc, assignment]
         desk_module.time = SimpleNamespace(monotonic_ns=lambda: self.now, sleep=lambda seconds: self.run(1))  # type: ignore[assignment]
         self.restart()
         self.servers = [Server(self), Server(self)]
@@ -278,7 +278,7 @@ class World:
 
     def restore(self) -> None:
         """The modules as they were."""
-        operator_module.Worker = stopper_module.Worker = Worker  # type: ignore[misc]
+        operator_module.SupervisedThread = stopper_module.SupervisedThread = SupervisedThread  # type: ignore[misc]
         desk_module.time = time
 
     def close(self) -> None:

@@ -23,6 +23,7 @@ from controller.arrays import Array
 from controller.drivers.device import CaptureDevice, DeviceError, Sample
 from controller.schema.layout import Model
 from controller.spelled import spelled
+from controller.system.child import end_now
 
 OPENING = 5.0
 """A connection that is not there after this is given up [s]."""
@@ -103,11 +104,7 @@ class Vendor(CaptureDevice[VendorOptions]):
         """End the process."""
         process, self._process = self._process, None
         if process is not None:
-            process.kill()
-            process.wait()
-            for pipe in (process.stdin, process.stdout):
-                if pipe is not None:
-                    pipe.close()
+            end_now(process)
 
     def read(self, timeout: float) -> Sample | None:
         """The next frame within `timeout` [s]; DeviceError once the connection has ended."""

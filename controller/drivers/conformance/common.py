@@ -2,6 +2,7 @@
 
 import threading
 import time
+from concurrent.futures import wait
 from typing import Any
 
 from pydantic import ValidationError
@@ -18,6 +19,7 @@ from controller.drivers.conformance.trial import (
 )
 from controller.drivers.device import DeviceError
 from controller.schema.layout import Model
+from controller.system.thread import in_thread
 
 LOW, HIGH = ("minimum", "exclusiveMinimum"), ("maximum", "exclusiveMaximum")
 REOPEN = 10.0
@@ -101,27 +103,15 @@ def ends_when_closed(trial: Trial) -> str:
 
 
 def _closed_while_waiting(trial: Trial, device: Any) -> str:
-    ended: list[str] = []
-
-    def wait() -> None:
-        try:
-            trial.call(device, timeout=5.0)
-        except (DeviceError, OSError) as error:
-            ended.append(str(error))
-        except BaseException as error:
-            ended.append(f"! {type(error).__name__}: {error}")
-        else:
-            ended.append("")
-
-    thread = threading.Thread(target=wait, name=OURS, daemon=True)
-    thread.start()
+    call = in_thread(OURS, lambda: trial.call(device, timeout=5.0))
     time.sleep(0.2)
-    waited = thread.is_alive()
+    waited = not call.done()
     begun = time.monotonic()
     within(CLOSE_LIMIT, "close", device.close)
-    thread.join(CLOSE_LIMIT)
-    require(not thread.is_alive(), f"a call that waits is not ended by close within {CLOSE_LIMIT:g} s")
-    require(not ended[0].startswith("! "), f"closed while a call waits, that raises {ended[0][2:]}")
+    require(bool(wait([call], CLOSE_LIMIT).done), f"a call that waits is not ended by close within {CLOSE_LIMIT:g} s")
+    error = call.exception()
+    known = isinstance(error, DeviceError | OSError | None)
+    require(known, f"closed while a call waits, that raises {type(error).__name__}: {error}")
     return f"after {1e3 * (time.monotonic() - begun):.0f} ms" if waited else "no call had to wait"
 
 

@@ -1,8 +1,8 @@
 """A driver on trial: each of its calls in a thread that may hang, and what is expected of every one."""
 
-import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import wait
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -11,6 +11,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.drivers.conformance.bench import Bench
 from controller.drivers.device import Device, DeviceError, Outlet, ValveDevice
+from controller.system.thread import in_thread
 
 T = TypeVar("T")
 OURS = "conformance"
@@ -37,23 +38,10 @@ class NotTried(Exception):
 
 def within(limit: float, what: str, work: Callable[[], T]) -> T:
     """The result of `work`, or what it raises; Failed if it does not come within `limit` [s]."""
-    results: list[T] = []
-    errors: list[BaseException] = []
-
-    def run() -> None:
-        try:
-            results.append(work())
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=run, name=OURS, daemon=True)
-    thread.start()
-    thread.join(limit)
-    if thread.is_alive():
+    found = in_thread(OURS, work)
+    if not wait([found], limit).done:
         raise Failed(f"{what} did not return within {limit:g} s")
-    if errors:
-        raise errors[0]
-    return results[0]
+    return found.result()
 
 
 def require(holds: bool, text: str) -> None:

@@ -15,6 +15,7 @@ from typing import Any, Self, TypeVar
 
 from controller.errors import ParameterError, TendrilError
 from controller.research.experiments import cluster
+from controller.system.thread import in_thread
 
 T = TypeVar("T")
 WORKERS_MAX = 256
@@ -150,4 +151,4 @@ def _begin() -> None:
             parent.join()
             os._exit(1)
 
-    threading.Thread(target=follow, daemon=True).start()
+    in_thread("parent", follow)

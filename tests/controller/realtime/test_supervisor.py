@@ -147,7 +147,7 @@ def test_a_start_that_the_rig_itself_refuses_is_said_once(supervisor: Supervisor
         second.start()
         with pytest.raises(StartRefused, match="its own output says why"):
             second.wait_ready()
-        second.worker.join(10.0)
+        second.worker.stop(10.0)
         second.stop()
         output.seek(0)
         said = output.read().decode()

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from controller.system import child as under_test
-from controller.system.child import Child, restart_delay, retry_delay
+from controller.system import lifecycle as under_test
+from controller.system.child import ChildProcess, restart_delay
+from controller.system.lifecycle import retry_delay
 from tests.controller.live_rig import wait_for
 
 pytestmark = pytest.mark.process
@@ -23,11 +24,11 @@ def python(text: str) -> "subprocess.Popen[bytes]":
 
 
 @pytest.fixture
-def keep() -> Iterator[Callable[[Launch], Child]]:
-    kept: list[Child] = []
+def keep() -> Iterator[Callable[[Launch], ChildProcess]]:
+    kept: list[ChildProcess] = []
 
-    def keep(launch: Launch) -> Child:
-        kept.append(Child("the child", launch))
+    def keep(launch: Launch) -> ChildProcess:
+        kept.append(ChildProcess("the child", launch))
         return kept[-1]
 
     yield keep
@@ -35,7 +36,7 @@ def keep() -> Iterator[Callable[[Launch], Child]]:
         child.kill()
 
 
-def codes(child: Child, count: int) -> list[int]:
+def codes(child: ChildProcess, count: int) -> list[int]:
     """What `look` says of the next `count` ends."""
     found: list[int] = []
 
@@ -48,13 +49,13 @@ def codes(child: Child, count: int) -> list[int]:
     return found
 
 
-def test_every_end_is_told_once_and_followed_by_another_start(keep: Callable[[Launch], Child]) -> None:
+def test_every_end_is_told_once_and_followed_by_another_start(keep: Callable[[Launch], ChildProcess]) -> None:
     child = keep(lambda: python("raise SystemExit(7)"))
     assert not child.alive
     assert codes(child, 2) == [7, 7]
 
 
-def test_a_child_that_lives_is_left_alone(keep: Callable[[Launch], Child]) -> None:
+def test_a_child_that_lives_is_left_alone(keep: Callable[[Launch], ChildProcess]) -> None:
     child = keep(lambda: python("import time; time.sleep(60)"))
     assert child.look() is None and child.alive
     first = child.process
@@ -63,7 +64,7 @@ def test_a_child_that_lives_is_left_alone(keep: Callable[[Launch], Child]) -> No
 
 
 def test_what_keeps_dying_young_is_started_later_and_at_once_when_that_was_wanted(
-    keep: Callable[[Launch], Child],
+    keep: Callable[[Launch], ChildProcess],
 ) -> None:
     child = keep(lambda: python(""))
     codes(child, 3)
@@ -75,7 +76,7 @@ def test_what_keeps_dying_young_is_started_later_and_at_once_when_that_was_wante
 
 
 def test_a_start_that_the_system_refuses_is_logged_and_tried_again(
-    keep: Callable[[Launch], Child], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+    keep: Callable[[Launch], ChildProcess], caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(under_test, "DELAY_FIRST", 0.01)
     tries: list[float] = []
@@ -98,14 +99,14 @@ def test_a_start_that_the_system_refuses_is_logged_and_tried_again(
         keep(refused_twice).start()
 
 
-def test_one_that_hears_no_sigterm_is_killed(keep: Callable[[Launch], Child], tmp_path: Path) -> None:
+def test_one_that_hears_no_sigterm_is_killed(keep: Callable[[Launch], ChildProcess], tmp_path: Path) -> None:
     deaf = (
         f"import signal, time; signal.signal(15, signal.SIG_IGN); open({str(tmp_path / 'deaf')!r}, 'w'); time.sleep(60)"
     )
     child = keep(lambda: python(deaf))
     child.start()
     wait_for((tmp_path / "deaf").exists)
-    child.end(0.1)
+    child.stop(0.1)
     assert child.process is not None and child.process.returncode == -9
 
 

@@ -18,10 +18,10 @@ from controller.errors import ParameterError, ProcessKilled, TendrilError
 from controller.system.work_process import WorkProcess
 from tests.controller.live_rig import wait_for
 
+pytestmark = pytest.mark.process
+
 PROGRAM = """
 import os, pathlib, sys, time
-
-pytestmark = pytest.mark.process
 note = pathlib.Path(sys.argv[1])
 note.with_suffix(".part").write_text(str(os.getpid()))
 note.with_suffix(".part").replace(note)
@@ -33,7 +33,7 @@ time.sleep(600)
 def process() -> Iterator[WorkProcess]:
     found = WorkProcess("planning")
     yield found
-    found.close()
+    found.stop()
 
 
 def double(rows: np.ndarray) -> np.ndarray:
@@ -139,7 +139,7 @@ def test_one_that_hangs_is_ended(tmp_path: Path) -> None:
             process.call(wait_until_there, tmp_path / "never")
         wait_for(lambda: process.pid is None)
     finally:
-        process.close()
+        process.stop()
 
 
 def test_closing_tells_who_waits(process: WorkProcess, tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_closing_tells_who_waits(process: WorkProcess, tmp_path: Path) -> None:
     waiting = threading.Thread(target=ask)
     waiting.start()
     wait_for(lambda: process.pid)
-    process.close()
+    process.stop()
     waiting.join()
     assert isinstance(caught[0], ProcessKilled)
 
@@ -201,9 +201,9 @@ def test_a_program_that_it_runs_ends_with_it(process: WorkProcess, tmp_path: Pat
     if how == "killed":
         os.kill(cast(int, process.pid), signal.SIGKILL)
     else:
-        process.close()
+        process.stop()
     wait_until_gone(program)
-    process.close()
+    process.stop()
     waiting.join()
 
 
@@ -211,7 +211,7 @@ def test_it_is_as_nice_as_it_should_be(process: WorkProcess) -> None:
     assert process.call(os.nice, 0) == os.nice(0)
     nice = WorkProcess("reading", nice=19)
     assert nice.call(os.nice, 0) == 19
-    nice.close()
+    nice.stop()
 
 
 def wait_until_gone(pid: int) -> None:

@@ -16,12 +16,12 @@ import pytest
 from controller.errors import RecordingError
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import RigParameters, Settings
-from controller.system import child
+from controller.system import lifecycle
 from controller.system.logs import Background
 from controller.system.loop_watchdog import LoopWatchdog
 from controller.system.scheduler import FAILURE_FORGOTTEN_S, ErrorGuard, Scheduler
 from controller.system.tasks import Tasks
-from controller.system.worker import Worker
+from controller.system.thread import SupervisedThread
 from recordings.format.annotations import LogLine
 from recordings.write.queue import NoAnswer, RecorderQueue
 from recordings.write.session import Session
@@ -79,7 +79,7 @@ def test_a_server_one_of_whose_jobs_fails_serves_frames_status_and_e_stop(server
 
 
 def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(child, "DELAY_FIRST", 0.01)
+    monkeypatch.setattr(lifecycle, "DELAY_FIRST", 0.01)
     ends, over = [SystemExit(3), RuntimeError("by a mistake")], threading.Event()
 
     def work() -> None:
@@ -87,7 +87,7 @@ def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPa
             raise ends.pop(0)
         over.wait()
 
-    worker = Worker("w", work)
+    worker = SupervisedThread("w", work)
     worker.start()
     wait_for(lambda: not ends and worker.alive and "by a mistake" in worker.trouble, "another start of it")
     events = EventLog()
@@ -98,16 +98,16 @@ def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPa
         "the thread w was ended by RuntimeError: by a mistake, and began anew"
     ]
     over.set()
-    assert worker.join(60.0)
+    assert worker.stop(60.0)
 
 
 def test_a_thread_that_hangs_is_seen() -> None:
     go_on = threading.Event()
-    worker = Worker("w", go_on.wait, most=0.05)
+    worker = SupervisedThread("w", go_on.wait, hang_s=0.05)
     worker.start()
     wait_for(lambda: worker.trouble == "the thread w hangs", "the trouble")
     go_on.set()
-    assert worker.join(60.0) and worker.trouble == ""
+    assert worker.stop(60.0) and worker.trouble == ""
 
 
 async def test_a_task_that_nobody_waits_for_does_not_fail_in_silence() -> None:

@@ -148,7 +148,7 @@ def test_an_export_that_is_killed_says_what_helps(page: Page, done: Recording, m
 def test_who_reads_recordings_stands_back_for_everything_else() -> None:
     reader = Reader()
     assert reader.call(os.nice, 0) == 19
-    reader.close()
+    reader.stop()
 
 
 @pytest.mark.parametrize("what", ["export?format=csv", "signals", "path"])
