@@ -6,6 +6,8 @@ from typing import Any
 
 STARTS = {"subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.spawn", "os.system"}
 """Audit events of Python."""
+COMMIT = "git"
+"""Asked once in a process for what every file names as its origin, whichever test comes first."""
 started: list[str] = []
 """What this test process has started since the running test began."""
 
@@ -19,4 +21,10 @@ def watch() -> None:
         return spawn(path, arguments, files)
 
     multiprocessing.util.spawnv_passfds = noted  # type: ignore[attr-defined]
-    sys.addaudithook(lambda event, given: started.append(f"{event}: {given!r:.200}") if event in STARTS else None)
+    sys.addaudithook(note)
+
+
+def note(event: str, given: tuple[Any, ...]) -> None:
+    """Of an audit event, where it starts a process."""
+    if event in STARTS and given[:1] != (COMMIT,):
+        started.append(f"{event}: {given!r:.200}")

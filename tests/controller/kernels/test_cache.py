@@ -24,6 +24,7 @@ def test_a_change_of_any_constant_that_kernels_import_makes_a_new_cache() -> Non
     assert outside <= set(controller.compiled_sources())
 
 
+@pytest.mark.process
 @pytest.mark.parametrize("module", ["server.app.app", "server.cli.main", "controller.realtime.rig"])
 def test_linear_algebra_has_no_threads_of_its_own(module: str) -> None:
     """They spin: beside another busy process a table of margins took ten minutes instead of one."""
@@ -65,6 +66,7 @@ DAMAGES = [
 ]
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(("kind", "damage"), DAMAGES)
 def test_a_cache_that_is_damaged_is_compiled_again(kind: str, damage: str, compiled: Path, tmp_path: Path) -> None:
     cache = tmp_path / "cache"
@@ -86,6 +88,7 @@ def test_a_cache_that_is_damaged_is_compiled_again(kind: str, damage: str, compi
     assert declared(compiled, cache).stdout == ("0\n" if damage == "folder" else "1\n")
 
 
+@pytest.mark.process
 def test_a_cache_folder_that_takes_nothing_is_used_as_a_copy(tmp_path: Path) -> None:
     (tmp_path / "cache").write_text("a file")
     environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}

@@ -68,6 +68,7 @@ def code_of(function: Any) -> str:
     return str(found.library._get_module_for_linking())
 
 
+@pytest.mark.process
 def test_the_second_process_has_them_from_the_cache() -> None:
     """A rig that had to compile begins again, once: it must be told so of what it calls apart, too."""
     told = """

@@ -115,6 +115,7 @@ def test_all_fields_are_given_once(values: tuple[Any, ...], named: dict[str, Any
         Inner(*values, **named)
 
 
+@pytest.mark.process
 def test_a_group_is_one_argument_whose_kernel_the_next_process_has_from_the_cache() -> None:
     """Its type's name says all of its fields, and is the same in every process."""
     told = """

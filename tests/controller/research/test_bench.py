@@ -27,6 +27,7 @@ from tests.controller.statically import static_tip
 pytestmark = pytest.mark.keyed()
 
 
+@pytest.mark.process
 def test_the_tips_of_both_engines_agree_to_a_micrometre() -> None:
     assert 0.0 < mujoco_tip_difference() < 1e-6
 

@@ -4,6 +4,7 @@ import contextlib
 import json
 import logging
 from collections.abc import Iterator
+from copy import deepcopy
 from functools import cache
 from typing import Any
 
@@ -25,7 +26,7 @@ SKIPPED = {"POST /api/session"}
 """Wrong tokens close the door to their address for a minute: `test_doors` has it."""
 CHECKED = ("not_a_server_error", "status_code_conformance", "content_type_conformance")
 DESCRIBED = openapi_schema()
-SCHEMA = schemathesis.openapi.from_dict(openapi_schema())
+SCHEMA = schemathesis.openapi.from_dict(deepcopy(DESCRIBED))
 SCHEMA.config.generation.with_security_parameters = False  # made-up cookies and tokens have `test_doors`
 REFUSED = ("401", "403", "404", "409", "411", "413", "421", "422", "429", "503")
 OWN = {"/healthz": {"503"}, "/api/command": {"409"}}
@@ -50,7 +51,7 @@ def _operations() -> list[schemathesis.schemas.APIOperation]:
     return [operation for operation in found if operation.label not in SKIPPED]
 
 
-@pytest.mark.parametrize("examples", [3, pytest.param(200, marks=[pytest.mark.long, pytest.mark.timeout(3000)])])
+@pytest.mark.parametrize("examples", [2, pytest.param(200, marks=[pytest.mark.long, pytest.mark.timeout(3000)])])
 def test_whatever_fits_or_breaks_the_description_is_answered_as_described(
     examples: int, operator: Page, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -33,10 +32,16 @@ def command(folder: Path, rig: str, port: int, ready: Path) -> list[str | Path]:
     return [TENDRIL, *given, "--ready", ready, "--recordings", folder / "recordings"]
 
 
-@contextmanager
-def running(folder: Path) -> Iterator[UpReady]:
-    ready = folder / "up.json"
-    process = subprocess.Popen(command(folder, RIG, 0, ready), env=environment(folder))
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("up")
+
+
+@pytest.fixture(scope="module")
+def product(home: Path) -> Iterator[UpReady]:
+    """One that runs: it takes ten seconds of processor to start and to end."""
+    ready = home / "up.json"
+    process = subprocess.Popen(command(home, RIG, 0, ready), env=environment(home))
     try:
         wait_for(lambda: ready.exists() or process.poll() is not None, "the product")
         yield UpReady.model_validate_json(ready.read_bytes())
@@ -63,32 +68,31 @@ def started_with(mark: dict[str, str]) -> list[psutil.Process]:
     return [process for process in psutil.process_iter() if is_marked(process)]
 
 
-def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(tmp_path: Path) -> None:
-    with running(tmp_path) as first:
-        port = urlsplit(first.url).port
-        assert port
-        wait_for(lambda: children_of(server(first), planner.NAME), "the first one's planner")
-        for rig, other_port, why in (
-            (RIG, 0, f"rig '{RIG}' already runs on this machine"),
-            (f"{RIG}-other", port, f"port = {port}: Address already in use"),
-        ):
-            mark = {"SECOND_UP": f"{tmp_path}-{rig}"}
-            done = subprocess.run(
-                command(tmp_path, rig, other_port, tmp_path / "second.json"),
-                env=environment(tmp_path) | mark,
-                capture_output=True,
-                text=True,
-                timeout=200,
-            )
-            said = [line for line in done.stderr.splitlines() if " INFO " not in line]
-            assert (done.returncode, len(said)) == (1, 1), done.stderr
-            assert why in said[0] and "Traceback" not in done.stdout + done.stderr
-            assert not (tmp_path / "second.json").exists()
-            assert not started_with(mark), "nothing is left"
-        with Page(first.url.split("/?")[0]) as page:
-            page.sign_in(first.url.split("token=")[1])
-            wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig of the first")
-        assert psutil.pid_exists(first.rig_process) and psutil.pid_exists(first.server_process)
+def test_a_second_up_says_in_one_sentence_why_not_and_the_first_goes_on(product: UpReady, home: Path) -> None:
+    port = urlsplit(product.url).port
+    assert port
+    wait_for(lambda: children_of(server(product), planner.NAME), "the first one's planner")
+    for rig, other_port, why in (
+        (RIG, 0, f"rig '{RIG}' already runs on this machine"),
+        (f"{RIG}-other", port, f"port = {port}: Address already in use"),
+    ):
+        mark = {"SECOND_UP": f"{home}-{rig}"}
+        done = subprocess.run(
+            command(home, rig, other_port, home / "second.json"),
+            env=environment(home) | mark,
+            capture_output=True,
+            text=True,
+            timeout=200,
+        )
+        said = [line for line in done.stderr.splitlines() if " INFO " not in line]
+        assert (done.returncode, len(said)) == (1, 1), done.stderr
+        assert why in said[0] and "Traceback" not in done.stdout + done.stderr
+        assert not (home / "second.json").exists()
+        assert not started_with(mark), "nothing is left"
+    with Page(product.url.split("/?")[0]) as page:
+        page.sign_in(product.url.split("token=")[1])
+        wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig of the first")
+    assert psutil.pid_exists(product.rig_process) and psutil.pid_exists(product.server_process)
     remove_rings(f"{RIG}-other")
 
 
@@ -120,32 +124,32 @@ def test_where_the_state_takes_no_file_the_key_holds_for_one_run(
     assert (key, len(read_key(key)), len(caplog.records)) == (tmp_path / "rig.key", 32, 1)
 
 
-def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(tmp_path: Path) -> None:
-    with running(tmp_path) as product:
-        with Page(f"http://{urlsplit(product.url).netloc}") as page:
-            page.get(product.url)
-            circle = {"reference": "circle_1hz"}
-            wait_for(lambda: page.post("/api/preview", json=circle).status_code == 200, "a preview")
-            assert page.get("/api/workspace").json()["points"]
-        (planning,) = children_of(server(product), planner.NAME)
-        assert has_compiler(planning)
-        assert not any(map(has_compiler, [server(product), *children_of(server(product), folder.NAME)]))
+def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(product: UpReady) -> None:
+    with Page(f"http://{urlsplit(product.url).netloc}") as page:
+        page.get(product.url)
+        circle = {"reference": "circle_1hz"}
+        wait_for(lambda: page.post("/api/preview", json=circle).status_code == 200, "a preview")
+        assert page.get("/api/workspace").json()["points"]
+    (planning,) = children_of(server(product), planner.NAME)
+    assert has_compiler(planning)
+    assert not any(map(has_compiler, [server(product), *children_of(server(product), folder.NAME)]))
 
 
-def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_in_the_server(tmp_path: Path) -> None:
-    with running(tmp_path) as product:
-        url, token = product.url.split("/?token=")
-        with Page(url) as page, page.sign_in(token).operate().live() as live:
-            live.operate()
-            wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
-            sent = page.post("/api/recordings/import?name=hers", content="t,x,y\n0,0.2,0\n1,0.2,0.01\n")
-            assert sent.json()["rows"] == 2
-            id = taken(page.post("/api/recordings", json={})).json()["id"]
-            wait_for(lambda: page.get("/api/recordings").json()[0]["rows"], "rows")
-            assert page.get(f"/api/recordings/{id}/quick").json()["rows"]
-        (writing,) = children_of(server(product), folder.WRITING)
-        assert "rerun_bindings" in libraries(writing)
-        assert not {"rerun_bindings", "libarrow"} & libraries(server(product))
+def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_in_the_server(
+    product: UpReady,
+) -> None:
+    url, token = product.url.split("/?token=")
+    with Page(url) as page, page.sign_in(token).operate().live() as live:
+        live.operate()
+        wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
+        sent = page.post("/api/recordings/import?name=hers", content="t,x,y\n0,0.2,0\n1,0.2,0.01\n")
+        assert sent.json()["rows"] == 2
+        id = taken(page.post("/api/recordings", json={})).json()["id"]
+        wait_for(lambda: page.get("/api/recordings").json()[0]["rows"], "rows")
+        assert page.get(f"/api/recordings/{id}/quick").json()["rows"]
+    (writing,) = children_of(server(product), folder.WRITING)
+    assert "rerun_bindings" in libraries(writing)
+    assert not {"rerun_bindings", "libarrow"} & libraries(server(product))
 
 
 def server(product: UpReady) -> psutil.Process:

@@ -151,6 +151,7 @@ def test_what_is_no_frame_is_counted_and_gives_nothing(datagram):
     assert device.rejected == 1
 
 
+@pytest.mark.keyed()
 def test_a_hundred_thousand_random_and_mutated_datagrams_are_read_or_counted(capsys):
     rng, device = random.Random(7), listening()
     seeds = [

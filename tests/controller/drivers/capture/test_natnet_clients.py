@@ -9,6 +9,8 @@ from controller.drivers.device import DeviceError
 from controller.virtual.natnet_server import NatNetServer
 from tests.controller.drivers.conftest import LABELS, frames, named, showing
 
+pytestmark = pytest.mark.keyed()
+
 natnet = pytest.importorskip("natnet")
 vendor = pytest.importorskip("controller.drivers.capture.vendor")
 
@@ -52,6 +54,7 @@ def test_the_public_client_natnet_sees_the_points_and_names(version, group, caps
     assert capsys.readouterr().out == ""  # it prints where a packet's size or order is not what it knows
 
 
+@pytest.mark.process
 @EACH
 def test_libmotioncaptures_optitrack_sees_the_bodies(opened, version, group):
     server = NatNetServer(version, ("tip", "hidden", "mid"), group, to_data_port=True)
@@ -65,6 +68,7 @@ def test_libmotioncaptures_optitrack_sees_the_bodies(opened, version, group):
     assert 0 <= read - sample.t_ns < 1_000_000_000
 
 
+@pytest.mark.process
 def test_libmotioncaptures_first_frame_comes_as_soon_as_it_is_connected(opened):
     server = NatNetServer("4.1", ("tip",), GROUP)
     settings = [f"interface_ip={server.address}", f"port_command={server.options['command_port']}"]
@@ -82,6 +86,7 @@ def test_the_wheel_says_what_it_has_and_a_system_that_it_has_not_is_refused():
         vendor.Vendor(vendor.VendorOptions(system="nokov")).open()
 
 
+@pytest.mark.process
 def test_a_system_that_does_not_answer_is_an_error_and_leaves_no_process(opened, monkeypatch):
     monkeypatch.setattr(vendor, "OPENING", 0.5)
     device = vendor.Vendor(vendor.VendorOptions(system="optitrack", hostname="127.0.0.1", settings=["port_command=9"]))
@@ -92,6 +97,7 @@ def test_a_system_that_does_not_answer_is_an_error_and_leaves_no_process(opened,
         vendor.Vendor(vendor.VendorOptions(system="qualisys", hostname="127.0.0.1", settings=["port=9"])).open()
 
 
+@pytest.mark.process
 def test_vrpn_without_a_server_gives_nothing_though_its_back_end_gives_frames(opened, monkeypatch):
     monkeypatch.setattr(vendor, "SILENCE", 0.3)
     device = opened(vendor.Vendor(vendor.VendorOptions(system="vrpn", hostname="127.0.0.1:9")))
@@ -100,6 +106,7 @@ def test_vrpn_without_a_server_gives_nothing_though_its_back_end_gives_frames(op
             assert device.read(0.1) is None
 
 
+@pytest.mark.process
 def test_a_process_that_is_killed_is_a_lost_device(opened):
     device = opened(vendor.Vendor(vendor.VendorOptions(system="mock", settings=["rigid_bodies=tip(1,2,3,1,0,0,0)"])))
     assert np.allclose(frames(device, 1)[0][0].points, [[1.0, 2.0, 3.0]])

@@ -138,6 +138,7 @@ def test_every_frame_cut_short_anywhere_is_refused():
             assert frame.number >= 1000
 
 
+@pytest.mark.keyed()
 def test_a_hundred_thousand_random_and_mutated_messages_are_read_or_refused_and_nothing_else(capsys):
     rng = random.Random(20)
     seeds = [(version, 0, bytes.fromhex(text)) for version, text in FRAMES.items()]

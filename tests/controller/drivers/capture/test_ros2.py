@@ -96,6 +96,7 @@ def test_where_no_zenoh_is_the_error_says_so(monkeypatch):
         Ros2Capture(Ros2Options(router=free_address(), topic="rods")).open()
 
 
+@pytest.mark.keyed()
 def test_a_hundred_thousand_random_and_mutated_messages_are_read_or_counted(capsys):
     rng = random.Random(4)
     devices = {message: taking(message) for message in MESSAGES}

@@ -18,6 +18,7 @@ from controller.drivers.valves.nidaq import NiDaq, vented_volts, volts_of
 RAW = {"output_zero": 5.0, "opening_volts": 5.0}
 
 
+@pytest.mark.process
 def test_without_a_device_it_says_that_it_needs_hardware() -> None:
     device = NiDaq(NiDaq.Options(), (0, 1, 2, 3), False)
     with pytest.raises(DeviceError, match="needs hardware: "):

@@ -67,6 +67,7 @@ def loop(request: pytest.FixtureRequest, peer: ValvePeer, plant: Plant) -> Itera
     thread.stop()
 
 
+@pytest.mark.process
 def test_a_loop_that_stalls_in_e_stop_connects_no_supply(loop: tuple[Loop, ValveThread], plant: Plant) -> None:
     before = len(plant.drives)
     loop[0].stalled.set()
@@ -74,6 +75,7 @@ def test_a_loop_that_stalls_in_e_stop_connects_no_supply(loop: tuple[Loop, Valve
     assert plant.drive.vent and all(drive.cut for drive in plant.drives[before:])
 
 
+@pytest.mark.process
 def test_a_rig_that_ends_in_e_stop_connects_no_supply(loop: tuple[Loop, ValveThread], plant: Plant) -> None:
     before = len(plant.drives)
     loop[1].stop()
@@ -81,6 +83,7 @@ def test_a_rig_that_ends_in_e_stop_connects_no_supply(loop: tuple[Loop, ValveThr
     assert plant.drive.vent and all(drive.cut for drive in plant.drives[before:])
 
 
+@pytest.mark.process
 def test_a_board_that_is_lost_and_found_in_e_stop_connects_no_supply(
     loop: tuple[Loop, ValveThread], peer: ValvePeer, plant: Plant
 ) -> None:
@@ -93,6 +96,7 @@ def test_a_board_that_is_lost_and_found_in_e_stop_connects_no_supply(
     assert plant.drive.vent and all(drive.cut for drive in plant.drives[before:])
 
 
+@pytest.mark.process
 def test_the_supply_is_connected_again_once_the_loop_says_so(loop: tuple[Loop, ValveThread], plant: Plant) -> None:
     if loop[1].status().driver == "modbus":
         pytest.skip("a terminal's dump valve cuts the supply with every vent")

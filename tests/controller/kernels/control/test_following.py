@@ -14,6 +14,8 @@ from tests.controller.few_markers import dragged
 from tests.controller.following import SENSED, Came, Course, came_of, parameters
 from tests.controller.trial import Trial, distance, true_tip, twin_with
 
+pytestmark = pytest.mark.keyed()
+
 CORNERS = ((0.1, 0.07), (0.352, 0.05), (0.5, 0.04))
 
 

@@ -24,6 +24,8 @@ from controller.simulation.simulate import simulate
 from tests.controller.chains import advance, posed
 from tests.controller.statically import static_angles
 
+pytestmark = pytest.mark.keyed()
+
 LOADED = {"tip_load": 0.02, "gravity": (0.4, -0.1), "rest_curvature": (6.0, 2.0), "mass_profile": (2.0, 1.0)}
 OWN = """
 name = "my arm"
@@ -153,6 +155,7 @@ def test_mass_follows_its_profile() -> None:
     assert model.m[0] == pytest.approx(model.m[1])  # constant within a cell of the table
 
 
+@pytest.mark.process
 def test_a_loaded_bent_body_moves_as_in_mujoco() -> None:
     model = build_rod(changed(**LOADED), 10)._replace(alpha=0.0)
     state, load, chain = posed(model, np.zeros(10), np.zeros(10)), make_load(10), MujocoChain(model, 1e-3)

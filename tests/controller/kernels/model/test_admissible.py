@@ -16,6 +16,8 @@ from controller.schema.actuator import PRESETS
 from controller.schema.parameters import ControllerParameters
 from tests.controller.statically import static_angles
 
+pytestmark = pytest.mark.keyed()
+
 BODIES: dict[str, dict[str, Any]] = {
     "P2 lying": {"gravity": (0.0, -4.0)},
     "P2 hanging": {"gravity": (4.0, 0.0)},

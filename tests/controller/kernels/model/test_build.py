@@ -19,6 +19,8 @@ from tests.controller.chains import advance, preset, static, thrown
 from tests.controller.statically import static_tip
 from tests.oracles import Chain
 
+pytestmark = pytest.mark.keyed()
+
 BASE_MID_TIP = PRESETS["P2"].model_copy(update={"chambers": ((1, 5), (5, 10))})
 
 

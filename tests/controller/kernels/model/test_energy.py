@@ -10,6 +10,8 @@ from controller.kernels.model.statics import at_rest
 from tests.controller.chains import NO_TORQUE, booked_steps, preset, thrown
 from tests.oracles import Chain
 
+pytestmark = pytest.mark.keyed()
+
 
 def booked(model: RodModel, state: RodState, load: Load, u: Array, dt: float, count: int) -> tuple[Array, Array, Array]:
     """Stored energy and ledger after each step (n,), and the powers of the last one (4,)."""

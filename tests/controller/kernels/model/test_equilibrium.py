@@ -23,6 +23,8 @@ from server.cli.main import app
 from tests.controller.statically import invert, require_slopes, sensitivity, static_angles, static_tip
 from tests.docs.test_pages import rows_after
 
+pytestmark = pytest.mark.keyed()
+
 HANGING, LYING = (9.81, 0.0), (0.0, -9.81)
 U_MAX = 0.06
 

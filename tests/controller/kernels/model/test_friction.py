@@ -12,6 +12,8 @@ from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import compiled
 from tests.controller.kernels.plant.test_twin import IDEAL, held, run, twin_of
 
+pytestmark = pytest.mark.keyed()
+
 WEIGHT = 9.81
 
 

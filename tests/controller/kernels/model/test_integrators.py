@@ -23,6 +23,8 @@ from controller.schema.actuator import PRESETS
 from tests.controller.chains import NO_TORQUE, booked_steps, compiled, posed, preset, sprung, steps, thrown
 from tests.oracles import Chain
 
+pytestmark = pytest.mark.keyed()
+
 
 @compiled
 def implicit_steps(

@@ -7,6 +7,7 @@ keeps it within (dt omega)^4 omega t of the energy that went through: its order,
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
@@ -26,6 +27,8 @@ from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest
 from controller.schema.actuator import PRESETS, Actuator
 from tests.controller.chains import booked_steps, thrown
+
+pytestmark = pytest.mark.keyed()
 
 STEP = 0.05
 """dt times the fastest mode or Baumgarte's."""

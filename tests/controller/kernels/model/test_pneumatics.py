@@ -5,6 +5,8 @@ import pytest
 
 from controller.kernels.model.pneumatics import chamber_pressures, delay, first_order_lag
 
+pytestmark = pytest.mark.keyed()
+
 
 def test_one_chamber_of_a_pair_is_pressurised_by_the_sign_of_its_torque() -> None:
     p = np.full(4, np.nan)

@@ -9,6 +9,8 @@ from controller.reference.feasible.reach import reach_map, static_tips
 from controller.schema.actuator import PRESETS
 from controller.schema.parameters import ControllerParameters, RigParameters
 
+pytestmark = pytest.mark.keyed()
+
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_the_map_covers_exactly_the_admissible_torques(name: str) -> None:

@@ -18,6 +18,8 @@ from controller.schema.actuator import PRESETS
 from tests.controller.chains import NO_TORQUE, advance, assert_close, posed, preset, thrown
 from tests.oracles import Chain
 
+pytestmark = pytest.mark.keyed()
+
 
 @pytest.mark.parametrize(
     ("name", "gravity", "dt"), [("P1", (0.0, 0.0), 1e-3), ("P1", (1.0, -2.0), 1e-3), ("P3", (0.0, 0.0), 5e-4)]

@@ -17,6 +17,8 @@ from controller.schema.parameters import (
 )
 from tests.controller.chains import preset
 
+pytestmark = pytest.mark.keyed()
+
 
 def rig_parameters(name: str, rods: int, integrator: Integrator, dt: float = 1e-3) -> RigParameters:
     controller = ControllerParameters(rods=rods, integrator=integrator, dt=dt)

@@ -11,6 +11,8 @@ from controller.schema.parameters import ControllerParameters
 from tests.controller.chains import posed, preset, static
 from tests.controller.statically import expand_tip, sensitivity, static_tip
 
+pytestmark = pytest.mark.keyed()
+
 TORQUES = [(0.0, 0.0), (0.02, -0.01), (-0.03, 0.04), (0.05, 0.01)]
 
 

@@ -28,6 +28,8 @@ from controller.schema.modes import Integrator, Mode
 from controller.schema.parameters import ControllerParameters, RigParameters, TwinParameters
 from tests.controller.statically import invert, require_slopes, static_angles
 
+pytestmark = pytest.mark.keyed()
+
 U_MAX = 0.06
 STIFF = (1.6e-6, 2.4e-6)
 """Half and three quarters more at u_max [1/Pa]."""

@@ -53,6 +53,7 @@ def test_known_numbers_are_found_again(problem: Problem) -> None:
     assert told["screening"] == 4 and told["start 1"] == len(search.found) - 4
 
 
+@pytest.mark.process
 def test_any_number_of_processes_gives_the_same_bits_and_time_ends_it(problem: Problem) -> None:
     points = SPACE.draw(3, seed=4)
     with Pool(2) as pool:
