@@ -1,13 +1,15 @@
 """Errors of our own, from one base, each carrying the value and the bound it broke."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
+from pydantic import Field as Bounds
 from pydantic import ValidationError
-
-from controller.spelled import complaint
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
+
+_WORDS: dict[str, str] = {}
 
 
 class TendrilError(Exception):
@@ -78,3 +80,15 @@ def said(first: "ErrorDetails") -> str:
 
 class DataError(TendrilError, ValueError):
     """A file of measured data cannot be used; the text names file, column, row, value and bound."""
+
+
+def spelled(pattern: str, words: str, **more: Any) -> Any:
+    """A bound for the `Annotated` type of a text: `pattern` for machines, `words` for who is refused."""
+    _WORDS[pattern] = words
+    return Bounds(pattern=pattern, **more)
+
+
+def complaint(item: Mapping[str, Any]) -> str:
+    """What is wrong, of an item of ValidationError.errors()."""
+    text = str(item["msg"]).removeprefix("Value error, ")
+    return _WORDS.get(item["ctx"]["pattern"], text) if item["type"] == "string_pattern_mismatch" else text

@@ -9,7 +9,7 @@ from pydantic import Field as Bounds
 from pydantic import SecretStr, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from controller.spelled import spelled
+from controller.errors import spelled
 from controller.system.keys import key_path, state_folder
 from controller.system.logs import LogFormat
 from recordings.format.messages import DISK_TIMEOUT_S, SPLIT_BYTES

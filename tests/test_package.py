@@ -2,6 +2,8 @@
 
 import re
 import runpy
+import subprocess
+import sys
 import tomllib
 from importlib.metadata import metadata, requires
 from pathlib import Path
@@ -32,7 +34,8 @@ def test_no_hint_and_no_extra_fetches_a_strangers_package() -> None:
 
 
 @pytest.mark.parametrize(
-    ("extra", "package"), [("bench", "mujoco"), ("bench", "playwright"), ("engines", "pyelastica")]
+    ("extra", "package"),
+    [("bench", "mujoco"), ("bench", "playwright"), ("engines", "pyelastica"), ("research", "cma")],
 )
 def test_what_an_extra_lacks_is_installed_into_this_very_environment(extra: str, package: str) -> None:
     wanted, *_ = [text.split(";")[0] for text in requires(NAME) or () if text.startswith(package)]
@@ -59,3 +62,21 @@ def test_the_changelog_is_read_a_line_at_a_time() -> None:
     assert [line for line in lines if len(line) > 102] == []  # "- " and at most 100 characters
     entries = [line for line in lines if line and not line.startswith("#")][1:]
     assert entries and all(line.startswith("- ") for line in entries)
+
+
+WITHOUT = "import sys; sys.modules |= dict.fromkeys(('cma', 'matplotlib')); "
+"""As where the extra `research` is not installed."""
+
+
+def test_rig_server_and_recordings_work_without_what_research_needs() -> None:
+    core = "controller.realtime.rig, controller.simulation.acceptance, recordings.exporting.export, server.app.services"
+    subprocess.run([sys.executable, "-c", f"{WITHOUT}import {core}, server.cli.main"], check=True, cwd=ROOT)
+
+
+@pytest.mark.parametrize("command", ["calibrate", "reach --out reach.svg"])
+def test_a_command_that_lacks_an_extra_names_it_in_one_line(command: str, tmp_path: Path) -> None:
+    asked = f"{WITHOUT}sys.path.insert(0, {str(ROOT)!r}); sys.argv = ['tendril', *{command.split()}]; "
+    run = [sys.executable, "-c", f"{asked}from server.cli.main import main; main()"]
+    done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and len(done.stderr.splitlines()) == 1
+    assert "this command needs" in done.stderr and "pip install" in done.stderr

@@ -4,9 +4,9 @@ import socket
 from pathlib import Path
 from typing import Annotated
 
+from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.schema.parameters import RigParameters
-from controller.spelled import spelled
 from controller.system.logs import LogFormat
 
 REFUSED = 3

@@ -8,9 +8,9 @@ import numpy as np
 
 from controller.arrays import Array, Words
 from controller.errors import DataError
-from controller.tables.header import Column, Header, Numbers
-from controller.tables.lines import file_lines
-from controller.tables.table import AS_THE_HEADER, Table, read_table
+from controller.text.header import Column, Header, Numbers
+from controller.text.lines import file_lines
+from controller.text.table import AS_THE_HEADER, Table, read_table
 
 SI = {"t": "s", "x": "m", "y": "m"}
 """The unit of a column that names none, where nothing else is said."""

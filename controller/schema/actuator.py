@@ -11,12 +11,11 @@ from pydantic import BeforeValidator, ModelWrapValidatorHandler, model_validator
 from pydantic import Field as Bounds
 
 from controller.arrays import Array
-from controller.errors import ParameterError
+from controller.errors import ParameterError, spelled
 from controller.schema.layout import Model, quantity
 from controller.schema.layout import Quantity as Q
 from controller.schema.rigidity import joint_stiffness
-from controller.spelled import spelled
-from controller.toml import model_in
+from controller.text.toml import model_in
 
 AXIS_MIN = 1e-6
 """A tracking axis shorter than this has no direction."""

@@ -10,9 +10,9 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, model_validator
 from pydantic import Field as Bounds
 
+from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
-from controller.spelled import spelled
 
 RODS = 10
 """Sensor positions along the backbone, as `parameters.SENSORS`."""

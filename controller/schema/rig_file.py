@@ -11,14 +11,13 @@ import tomlkit
 from pydantic import Field as Bounds
 from tomlkit.exceptions import TOMLKitError
 
-from controller.errors import ParameterError
+from controller.errors import ParameterError, spelled
 from controller.schema.actuator import Actuator, read_actuator
 from controller.schema.hardware import Hardware, MotionCapture, Valves
 from controller.schema.layout import Model
 from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, TwinParameters
-from controller.spelled import spelled
 from controller.system.whole_file import read_whole, write_whole
-from controller.toml import model_in
+from controller.text.toml import model_in
 
 SIZE_MAX = 200_000
 """Longest rig file [bytes]."""

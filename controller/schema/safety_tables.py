@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from controller import markdown
-from controller.markdown import table
 from controller.schema.layout import quantity
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import SafetyLimits
 from controller.schema.states import WATCHDOGS, Watchdog, next_mode
+from controller.text import markdown
+from controller.text.markdown import table
 
 PAGE = Path("docs/safety.md")
 REACTIONS = {Mode.HOLD: "HOLD", Mode.REST: "REST", Mode.FAULT: "FAULT, ramp to rest", Mode.E_STOP: "E_STOP, vent"}

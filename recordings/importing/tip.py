@@ -13,7 +13,7 @@ from controller.schema.layout import layout_hash, record_dtype
 from controller.schema.messages import Command, RigInfo, Telemetry
 from controller.schema.parameters import RigParameters, Settings
 from controller.system.origin import commit, our_version
-from controller.tables.lines import sent_lines
+from controller.text.lines import sent_lines
 from recordings.format import sidecar
 from recordings.format.about import About
 from recordings.format.messages import Recording

@@ -4,9 +4,8 @@ from typing import Annotated
 
 from pydantic import Field as Bounds
 
-from controller.errors import RecordingError
+from controller.errors import RecordingError, spelled
 from controller.schema.layout import Model
-from controller.spelled import spelled
 from recordings.format.messages import Bookmark, Label, Recording
 
 Tag = Annotated[str, spelled(r"^[\w.-]{1,40}$", "a tag has 1 to 40 letters, digits and _ . -, no blanks")]

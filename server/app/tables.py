@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from controller.markdown import filled, table
 from controller.schema.layout import fields
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode
+from controller.text.markdown import filled, table
 from server.access.security import SESSION, TOKEN
 from server.app.app import openapi_schema
 

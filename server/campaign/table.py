@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from controller.errors import ParameterError
-from controller.markdown import filled, table
+from controller.text.markdown import filled, table
 
 PAGE = Path("docs/faults.md")
 GAP = 0.15

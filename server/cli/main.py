@@ -3,6 +3,8 @@
 import json
 import logging
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,6 +12,7 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
+from controller.errors import TendrilError
 from controller.system.complaints import one_line_errors
 from controller.system.logs import LogFormat, log_json
 from server.cli.docs import docs
@@ -303,8 +306,21 @@ app.command()(docs)
 
 def main() -> None:
     """Entry point: our own errors are one clear line, not a traceback."""
-    with one_line_errors():
+    with one_line_errors(), _extras_named():
         app(prog_name="tendril")
+
+
+@contextmanager
+def _extras_named() -> Iterator[None]:
+    """Only research needs these libraries: a command that lacks one says what to install."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if error.name not in ("cma", "matplotlib"):
+            raise
+        from controller.system.origin import install_command
+
+        raise TendrilError(f"this command needs {error.name}: {install_command('research')}") from error
 
 
 def _refuse_beside_file(context: typer.Context, file: Path | None) -> None:

@@ -13,7 +13,7 @@ from rich.console import Console
 from controller.errors import RecordingError
 from controller.system.origin import command_line
 from controller.system.progress import progress
-from controller.tables.header import LengthUnit, TimeUnit
+from controller.text.header import LengthUnit, TimeUnit
 from server.cli.typed import Comments, RecordingsFolder, commands, refuse_given
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ import numpy as np
 from markupsafe import Markup
 from pydantic import JsonValue
 
-from controller.document import document, joined, table
 from controller.schema.messages import RigInfo
 from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, css
 from controller.system.origin import our_version
+from controller.text.document import document, joined, table
 from server.commissioning.messages import CHAMBERS, STEPS, TITLES, Number, StepName
 from server.commissioning.steps import ABOUT, commissioned, lacking
 from server.commissioning.store import Kept, KeptResult

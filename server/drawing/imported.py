@@ -18,9 +18,9 @@ from controller.reference.path_file import (
     times_of,
     unused_note,
 )
-from controller.tables.header import Column, Header, untitled
-from controller.tables.lines import Row, rows_in, sent_lines
-from controller.tables.table import Table, begun
+from controller.text.header import Column, Header, untitled
+from controller.text.lines import Row, rows_in, sent_lines
+from controller.text.table import Table, begun
 from server.drawing.messages import (
     DURATION_MAX,
     DURATION_MIN,

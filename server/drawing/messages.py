@@ -7,10 +7,10 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, ConfigDict, model_validator
 from pydantic import Field as Bounds
 
+from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.schema.messages import Coordinate
-from controller.spelled import spelled
-from controller.tables.header import LengthUnit, TimeUnit
+from controller.text.header import LengthUnit, TimeUnit
 
 Point = tuple[Coordinate, Coordinate]
 DURATION_MIN, DURATION_MAX = 0.1, 280.0

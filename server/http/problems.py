@@ -22,8 +22,8 @@ from controller.errors import (
     RecordingError,
     RigUnreachable,
     TendrilError,
+    complaint,
 )
-from controller.spelled import complaint
 from server.http.answers import refusal
 from server.http.errors import ServerError, TryLater
 

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
+from controller.errors import spelled
 from controller.schema.layout import Model
-from controller.spelled import spelled
 from server.rig.messages import ChannelKey
 
 CHANNELS_MAX = 48

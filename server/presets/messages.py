@@ -4,9 +4,9 @@ from typing import Annotated
 
 from pydantic import Field as Bounds
 
+from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.schema.parameters import ObserverKappa, PlantKind, Settings
-from controller.spelled import spelled
 
 PresetName = Annotated[str, spelled(r"^[\w .+-]{1,60}$", "1 to 60 letters, digits, blanks and _ . + -")]
 

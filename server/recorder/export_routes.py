@@ -8,7 +8,7 @@ from starlette.responses import FileResponse
 
 from controller.errors import CommandRefused, RecordingError
 from controller.schema.layout import Model
-from controller.tables.header import LengthUnit, TimeUnit
+from controller.text.header import LengthUnit, TimeUnit
 from recordings.exporting.export import By, Format, export, export_for_viewer
 from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice

@@ -9,7 +9,7 @@ from enum import Enum, auto
 from pathlib import Path
 from time import monotonic
 
-from controller.markdown import filled, table
+from controller.text.markdown import filled, table
 from server.runs import messages
 
 PAGE = Path("docs/running.md")

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.errors import TendrilError
-from controller.markdown import table
 from controller.schema.modes import Law, Mode
 from controller.schema.parameters import SENSORS, ControllerParameters, PlantKind, RigParameters, TwinParameters
 from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import Window
+from controller.text.markdown import table
 from tests.controller.following import FAMILY, Course, fresh, parameters, way
 from tests.controller.trial import true_tip
 

@@ -13,9 +13,9 @@ import pytest
 
 from controller.drivers.capture.json_udp import JsonCapture, JsonOptions
 from controller.drivers.registry import capture_device, driver_class, driver_names, valve_device
+from controller.errors import _WORDS
 from controller.schema.layout import Model
 from controller.schema.rig_file import RigFile, read_rig_file
-from controller.spelled import _WORDS
 from controller.system.origin import ROOT
 from controller.virtual.firmware import compiler
 from controller.virtual.peers import LATENCY

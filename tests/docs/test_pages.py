@@ -8,10 +8,10 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from controller.markdown import filled
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.system.origin import ROOT
+from controller.text.markdown import filled
 from server.app import tables
 from server.http.answers import Problem
 from server.http.rates import FLOOD, HEAVY, MESSAGE, SESSION

@@ -20,9 +20,8 @@ from pydantic import Field as Bounds
 from controller.arrays import Array
 from controller.drivers.clocks import OneWayClock, TwoWayClock
 from controller.drivers.device import Angles, CaptureDevice, DeviceError, Sample
-from controller.errors import TendrilError
+from controller.errors import TendrilError, spelled
 from controller.schema.layout import Model
-from controller.spelled import spelled
 
 Host = Annotated[str, spelled(r"^[A-Za-z0-9.-]{1,253}$", "a host name or IPv4 address")]
 LocalHost = Annotated[str, spelled(r"^[0-9.]{0,15}$", "an IPv4 address of this machine, or nothing for any")]

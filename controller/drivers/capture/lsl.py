@@ -11,8 +11,8 @@ from pydantic import model_validator
 
 from controller.arrays import Array
 from controller.drivers.device import CaptureDevice, DeviceError, Sample
+from controller.errors import spelled
 from controller.schema.layout import Model
-from controller.spelled import spelled
 
 Text = Annotated[str, spelled(r"^[^'\"\x00-\x1f]{0,100}$", "at most 100 letters, without quotes")]
 

@@ -13,9 +13,8 @@ from rosbags.typesys import Stores, get_typestore
 from controller.arrays import Array
 from controller.drivers.clocks import OneWayClock
 from controller.drivers.device import CaptureDevice, DeviceError, Sample
-from controller.errors import TendrilError
+from controller.errors import TendrilError, spelled
 from controller.schema.layout import Model
-from controller.spelled import spelled
 
 LARGEST = 65535
 """No message is longer [bytes]."""

@@ -21,8 +21,8 @@ from pydantic import field_validator
 
 from controller.arrays import Array
 from controller.drivers.device import CaptureDevice, DeviceError, Sample
+from controller.errors import spelled
 from controller.schema.layout import Model
-from controller.spelled import spelled
 from controller.system.child import end_now
 
 OPENING = 5.0

@@ -9,9 +9,9 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import DataError
-from controller.tables.header import Header
-from controller.tables.lines import file_lines
-from controller.tables.table import read_table
+from controller.text.header import Header
+from controller.text.lines import file_lines
+from controller.text.table import read_table
 
 
 @dataclass(frozen=True)

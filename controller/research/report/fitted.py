@@ -5,8 +5,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from controller.document import NOTHING, table
 from controller.research.report.wording import number
+from controller.text.document import NOTHING, table
 
 
 def fits(fit: Mapping[str, Any]) -> int:

@@ -6,7 +6,6 @@ from typing import Any
 from markupsafe import Markup
 from pydantic import BaseModel
 
-from controller.document import dense, table
 from controller.research.experiments.results import ResultRow, Results
 from controller.research.report.fitted import fields_of, margins_table
 from controller.research.report.main_table import windows
@@ -15,6 +14,7 @@ from controller.schema.fit import GAIN_NAMES
 from controller.schema.layout import quantity
 from controller.schema.parameters import ROD_ONLY
 from controller.simulation.metrics import UNITS
+from controller.text.document import dense, table
 
 GAINS = (*GAIN_NAMES, "K_o", "B_o")
 

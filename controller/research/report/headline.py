@@ -9,10 +9,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from controller.document import joined, table
 from controller.research.experiments.results import Results
 from controller.research.report.bars import bars
 from controller.research.report.fitted import provenance
+from controller.text.document import joined, table
 
 
 def headline(results: Results, fit: Mapping[str, Any]) -> Markup:

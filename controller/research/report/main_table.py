@@ -5,7 +5,6 @@ from typing import Any
 
 from markupsafe import Markup
 
-from controller.document import dense, joined, table
 from controller.research.experiments.paper_rows import CONSULTED, FIT, HELD_OUT, NONE
 from controller.research.experiments.results import ResultRow, Results
 from controller.research.report.fitted import fits
@@ -13,6 +12,7 @@ from controller.research.report.remarks import known_remarks, remark
 from controller.research.report.verdict import FIT_BAR, NEAR, Verdict, verdict
 from controller.research.report.wording import bold, metric_name, number, paper_text, run_name, with_spread
 from controller.simulation.metrics import Window
+from controller.text.document import dense, joined, table
 
 WHY = (
     f"Predicted rows more than {100 * NEAR:.0f} % from the paper, fitted RMSE more than {100 * FIT_BAR:.0f} %, and why:"

@@ -6,7 +6,6 @@ from typing import Any
 
 from markupsafe import Markup
 
-from controller.document import NOTHING, document, joined
 from controller.errors import TendrilError
 from controller.research.experiments.fitted_intervals import paper_fit
 from controller.research.experiments.results import Results
@@ -30,6 +29,7 @@ from controller.research.report.task_tables import (
     step_table,
     sweep_table,
 )
+from controller.text.document import NOTHING, document, joined
 
 HEADING = "The paper's experiments on the twin"
 ABOUT = (

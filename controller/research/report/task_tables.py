@@ -4,7 +4,6 @@ import math
 
 from markupsafe import Markup
 
-from controller.document import dense, table
 from controller.research.experiments.paper_rows import DIGITS, SENSING_LAWS, STEP_LAWS, STEP_TABLE
 from controller.research.experiments.results import ResultRow, Results, SensedLaw, SensedTrajectory, SweepPoint
 from controller.research.report.figures.look import KPA, LAW_NAMES
@@ -12,6 +11,7 @@ from controller.research.report.figures.sensing_figures import NAMES
 from controller.research.report.main_table import mark
 from controller.research.report.verdict import Verdict, verdict
 from controller.research.report.wording import METRICS, MISSING, bold, number, paper_text, raised, with_spread
+from controller.text.document import dense, table
 
 STEP_METRICS = ("rmse", "sse", "ise")
 BOUNDED = ("rmse", "max_x", "max_y")

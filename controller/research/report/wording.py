@@ -5,9 +5,9 @@ import re
 
 from markupsafe import Markup
 
-from controller.document import joined
 from controller.research.experiments.paper_rows import PaperRow
 from controller.research.report.figures.look import LAW_NAMES
+from controller.text.document import joined
 
 MISSING = "-"
 SMALLEST = 1e-3

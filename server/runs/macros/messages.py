@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
+from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.schema.messages import Coordinate
-from controller.spelled import spelled
 from recordings.format.messages import Label, Profile
 from server.drawing.messages import DrawingName, Name
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from markupsafe import Markup
 
-from controller.document import document, table
 from controller.research.experiments.paper_rows import paper_row
 from controller.research.experiments.reproduce import Order, reproduce
 from controller.research.experiments.results import Failure, ObserverGain, ResultRow, SweepPoint
@@ -21,6 +20,7 @@ from controller.schema.actuator import PRESETS
 from controller.schema.fit import FIT
 from controller.simulation.case import Case
 from controller.simulation.metrics import Window
+from controller.text.document import document, table
 
 pytestmark = pytest.mark.keyed()
 

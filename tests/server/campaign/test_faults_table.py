@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from controller.errors import ParameterError
-from controller.markdown import filled
+from controller.text.markdown import filled
 from server.campaign.campaign import ACTS
 from server.campaign.table import FAULTS, chosen, markdown
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from controller.markdown import filled
 from controller.schema.modes import Cause, Mode, Request
+from controller.text.markdown import filled
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import CLOSES, DEADLINES, ENDS, MOVING, PAGE, TRANSITIONS, Closes, Event, Phase, markdown

@@ -35,8 +35,8 @@ from controller.drivers.capture.natnet.packets import (
 from controller.drivers.capture.natnet.points import Naming, Wanted
 from controller.drivers.clocks import OneWayClock, TwoWayClock
 from controller.drivers.device import CaptureDevice, DeviceError, Sample
+from controller.errors import spelled
 from controller.schema.layout import Model
-from controller.spelled import spelled
 
 Host = Annotated[str, spelled(r"^[A-Za-z0-9.-]{1,253}$", "a host name or IPv4 address")]
 LocalHost = Annotated[str, spelled(r"^[0-9.]{0,15}$", "an IPv4 address of this machine, or nothing for any")]

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from controller.document import document, joined, table
 from controller.research.identification.fit import Estimate, Fit, Misfit
 from controller.research.identification.report.panel import panel
+from controller.text.document import document, joined, table
 
 
 def report_page(heading: str, about: str, fits: Sequence[Fit], toml: str) -> str:

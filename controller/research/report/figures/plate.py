@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from controller.document import joined
 from controller.research.drawing import svg
 from controller.research.experiments.results import Finished, Results
 from controller.research.report.figures.look import LAW_NAMES
+from controller.text.document import joined
 
 HALF, TALL, FIFTH = (3.5, 2.6), (3.5, 3.3), (1.45, 1.5)
 """Sizes of panels [inch]: two or five of them side by side on A4, so that text is equally large in all."""

@@ -4,7 +4,7 @@ import math
 import re
 
 from controller.errors import DataError
-from controller.tables.lines import Row
+from controller.text.lines import Row
 
 MARKS = {",": "comma", ".": "point"}
 """What may part the decimals."""

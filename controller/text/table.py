@@ -10,9 +10,9 @@ import numpy as np
 
 from controller.arrays import Array, Words
 from controller.errors import DataError
-from controller.tables.header import Column, Header, Numbers, Places, placed, titled, untitled
-from controller.tables.lines import Row, rows_in, titles_in
-from controller.tables.numbers import Cells, is_number
+from controller.text.header import Column, Header, Numbers, Places, placed, titled, untitled
+from controller.text.lines import Row, rows_in, titles_in
+from controller.text.numbers import Cells, is_number
 
 Choice = Callable[[Header], Sequence[Column]]
 """Which columns are read; cells of the others may be anything."""

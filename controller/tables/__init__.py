@@ -1,1 +1,0 @@
-"""Tables of numbers in text: one grammar of columns and units for every file that is read (docs/tables.md)."""
