@@ -73,6 +73,13 @@ def commands(page: Path) -> list[str]:
     return found
 
 
+def rows_after(page: str, heading: str) -> list[list[str]]:
+    """The cells of the first table after `heading`, without its head."""
+    table = re.search(r"^\|.*\|\n\|[-|]+\|\n((?:\|.*\|\n)+)", page[page.index(heading) :], re.MULTILINE)
+    assert table, heading
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table[1].splitlines()]
+
+
 def free_port() -> str:
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))

@@ -22,8 +22,7 @@ from controller.virtual.peers import LATENCY
 from controller.virtual.process import VirtualProcess
 from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
 from controller.virtual.rig import FAULTS
-from tests.docs.blocks import EXAMPLES, blocks, elsewhere, free_port
-from tests.docs.test_pages import rows_after
+from tests.docs.blocks import EXAMPLES, blocks, elsewhere, free_port, rows_after
 
 PAGE = ROOT / "docs" / "hardware.md"
 TEXT = PAGE.read_text()

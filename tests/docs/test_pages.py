@@ -21,17 +21,10 @@ from server.live.messages import FromBrowser, FromServer
 from server.plots.feed import CHUNK, encode_plot
 from server.plots.messages import CHANNELS_MAX
 from server.rig.history import BIN_TICKS, Bins
-from tests.docs.blocks import blocks
+from tests.docs.blocks import blocks, rows_after
 
 API, LIVE = ((ROOT / page).read_text() for page in (tables.API, tables.LIVE))
 ROW = record_dtype(Telemetry)
-
-
-def rows_after(page: str, heading: str) -> list[list[str]]:
-    """The cells of the first table after `heading`, without its head."""
-    table = re.search(r"^\|.*\|\n\|[-|]+\|\n((?:\|.*\|\n)+)", page[page.index(heading) :], re.MULTILINE)
-    assert table, heading
-    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table[1].splitlines()]
 
 
 def parts(message: bytes, heading: str, **sizes: int) -> dict[str, np.ndarray]:

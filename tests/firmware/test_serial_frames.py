@@ -11,7 +11,7 @@ from controller.drivers.valves.serial_board.frames import Cutter, FrameError, He
 from controller.system.origin import ROOT
 from tests.firmware.hostile import hostile, runs
 
-pytestmark = pytest.mark.keyed("firmware")
+pytestmark = pytest.mark.keyed("firmware", "docs/serial.md")
 
 PAGE = (ROOT / "docs" / "serial.md").read_text()
 STATE_BODY = struct.pack(

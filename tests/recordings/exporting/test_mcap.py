@@ -144,6 +144,7 @@ def test_batches_come_to_the_messages_of_the_mcap_package_in_its_order(
     assert replace(statistics[0], chunk_count=0) == replace(statistics[1], chunk_count=0)  # type: ignore[type-var]
 
 
+@pytest.mark.keyed()
 def test_an_index_leads_to_every_message_and_to_nothing_else(exported: bytes) -> None:
     summary, count = summary_of(exported), 0
     assert len(summary.chunk_indexes) > 2
@@ -165,6 +166,7 @@ def test_an_index_leads_to_every_message_and_to_nothing_else(exported: bytes) ->
     assert summary.statistics and count == summary.statistics.message_count == 6 * ROWS + 6 * ROWS
 
 
+@pytest.mark.keyed()
 def test_topics_and_times_find_what_a_reader_without_the_index_finds(exported: bytes) -> None:
     whole = [*NonSeekingReader(io.BytesIO(exported), validate_crcs=True).iter_messages(log_time_order=False)]
     first, reader = whole[0][2].log_time, make_reader(io.BytesIO(exported), validate_crcs=True)

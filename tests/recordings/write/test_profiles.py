@@ -63,6 +63,7 @@ def test_rerun_finds_nothing_wrong_before_and_after_compaction(standard: tuple[R
     assert read_playback(path).duration == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.keyed()
 @pytest.mark.process
 def test_an_hour_of_standard_takes_less_than_710_mb_in_the_busiest_run(tmp_path: Path) -> None:
     rows = laps(twin_rows("circle_2hz")[2000:], 4)

@@ -115,6 +115,7 @@ def test_steps_of_slow_chambers_are_kept_from_the_first_row_to_the_last() -> Non
     assert found.shown == pytest.approx(5.0 * found.slots)
 
 
+@pytest.mark.keyed()
 def test_a_large_circle_is_judged_by_all_counted_laps() -> None:
     lap = 2.0 * math.pi * 0.1 / closed_loop.SPEED
 

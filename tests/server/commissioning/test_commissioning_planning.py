@@ -15,6 +15,8 @@ from server.commissioning.jog import jog_torque
 from server.commissioning.planning import PressureSteps, Release
 from tests.controller.trial import Trial
 
+pytestmark = pytest.mark.keyed()
+
 CLEAN: dict[str, Any] = {"friction": 0.0, "hysteresis": 0.0, "creep": (0.0, 0.0)}
 
 

@@ -21,9 +21,9 @@ from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.parameters import ControllerParameters, RigParameters
 from server.cli.main import app
 from tests.controller.statically import invert, require_slopes, sensitivity, static_angles, static_tip
-from tests.docs.test_pages import rows_after
+from tests.docs.blocks import rows_after
 
-pytestmark = pytest.mark.keyed()
+pytestmark = pytest.mark.keyed("server/cli/research/commands.py", "docs/actuators.md")
 
 HANGING, LYING = (9.81, 0.0), (0.0, -9.81)
 U_MAX = 0.06
