@@ -1,4 +1,4 @@
-"""What the event loop does by itself: jobs with a period each, and calls from other threads, under a watchdog.
+"""What the event loop does by itself: jobs with a period each, tasks that are not awaited, calls from other threads.
 
 A job that fails ends no other: it is logged, told (`server/health/monitor.py`), and called again when it is due.
 """
@@ -7,10 +7,10 @@ import asyncio
 import contextvars
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from controller.system.loop_watchdog import LoopWatchdog
 
@@ -20,6 +20,8 @@ FAILURE_FORGOTTEN_S = 60.0
 """A failure that does not come again for so long is forgotten, and news if it does."""
 EARLY_MAX_S = 0.02
 """A job is called so much before it is due at most, along with others: each wake of the loop costs."""
+TASKS_MAX = 100
+"""Tasks of one name at a time: what begins more without end has a mistake in it."""
 
 T = TypeVar("T")
 
@@ -113,6 +115,9 @@ class Scheduler:
         """Calls that were wanted before the start."""
         self._turned = time.monotonic()
         self._stopped = False
+        self._tasks: set[asyncio.Task[Any]] = set()
+        self.tell: Callable[[str], object] = lambda text: None
+        """Hears what ends a task that is not awaited."""
 
     def every(self, period: float, name: str, call: Callable[[], object], apart: float = 0.0) -> None:
         """Make `call` every `period` [s] from the start on."""
@@ -132,6 +137,23 @@ class Scheduler:
             return
         with suppress(RuntimeError):  # the loop is closed: the process ends
             self._loop.call_soon_threadsafe(call, context=self._context)
+
+    def begin(self, what: str, work: Coroutine[Any, Any, None]) -> None:
+        """Do `work`, which is called `what`: kept until it is done, and what ends it is logged and told."""
+        if (waiting := sum(task.get_name() == what for task in self._tasks)) >= TASKS_MAX:
+            work.close()
+            self.tell(f"{what} was left out: {waiting} such tasks wait already")
+            return
+        self._task(what, work).add_done_callback(self._done)
+
+    async def to_its_end(self, what: str, work: Coroutine[Any, Any, T]) -> T:
+        """What comes of `work`, which goes on to its end though who waits for it here is cancelled."""
+        task = self._task(what, work)
+        try:
+            return await asyncio.shield(task)
+        except asyncio.CancelledError:
+            task.add_done_callback(self._done)  # what becomes of it would be lost
+            raise
 
     def start(self) -> None:
         """Begin, in the running loop."""
@@ -160,6 +182,18 @@ class Scheduler:
     def trouble(self) -> str:
         """What is wrong with the loop or fails in it, "" if nothing is."""
         return "; ".join([*([self.watchdog.trouble] if self.watchdog.trouble else []), *self.guard.failing])
+
+    def _task(self, what: str, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:
+        task = asyncio.create_task(work, name=what)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    def _done(self, task: "asyncio.Task[Any]") -> None:
+        if task.cancelled() or (error := task.exception()) is None:
+            return
+        log.error("%s failed", task.get_name(), exc_info=error)
+        self.tell(f"{task.get_name()} failed: {type(error).__name__}: {error}")
 
     def _turn(self) -> None:
         try:

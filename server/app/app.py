@@ -16,7 +16,6 @@ from starlette.datastructures import State
 from controller.errors import ProcessKilled
 from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.origin import our_version
-from controller.system.tasks import Tasks
 from recordings.exporting import export
 from server.access import page, sign_in
 from server.access.gate import Gate, admitted
@@ -174,10 +173,9 @@ async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     services: Services = app.state.services
-    preparing = Tasks()
-    preparing.begin("what every page asks for first", _prepare(services))
-    preparing.begin("what exports need", _prepare_reader(services))
     services.scheduler.start()
+    services.scheduler.begin("what every page asks for first", _prepare(services))
+    services.scheduler.begin("what exports need", _prepare_reader(services))
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
     hosts = Hosts(services.settings)
     lane = StopLane(lambda scope: admitted(scope, services.sessions, hosts), services.operator.stop)

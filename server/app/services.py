@@ -173,6 +173,7 @@ def open_services(
     events = EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl", Event))
     if settings.log_format == "json":
         events.listen(to_log)
+    scheduler.tell = lambda text: events.add(text, "error")
     tokens = TokenWatch(file, sessions, secrets, lease, events)
     audited = EventFile(settings.state / f"audit-{settings.rig}.jsonl", AuditEntry, LARGEST)
     audit = Audit(audited, lambda problem: events.add(problem, "error"))
@@ -201,12 +202,18 @@ def open_services(
     events.listen(pages.tell)
     people = PeopleHere(pages.present, lease, operator, permits, events)
 
-    automatic = Automatic(recorder, rig, review, events, lambda: operator.settings, lambda: settings.record_faults)
+    automatic = Automatic(
+        recorder, rig, review, events, lambda: operator.settings, lambda: settings.record_faults, scheduler
+    )
     results = Results(settings.state / f"runs-{settings.rig}.json", bus.publish)
     runs = Runs(Tracker(rig, operator), planner, automatic, events, results)
     history.listen(runs.inbox.put)
-    folder, exports, drawings = RecordingsFolder(store, reader), Exports(), Drawings(settings.state / "drawings")
-    by_hand = RecordingByHand(recorder, folder, review, rig, operator, events)
+    folder, exports, drawings = (
+        RecordingsFolder(store, reader),
+        Exports(scheduler),
+        Drawings(settings.state / "drawings"),
+    )
+    by_hand = RecordingByHand(recorder, folder, review, rig, operator, events, scheduler)
     gains = GainPresets(settings.state / "gains.json")
     procedures = Procedures(Context(rig, history, operator, kept, events))
     macros = Macros(Acts(rig, operator, kept, runs, by_hand, drawings, gains.changes), rig, operator, events)
@@ -271,7 +278,7 @@ def open_services(
     if webhook is not None:
         every(FILE_NEWS_S, "the notices", Notices(settings.rig, webhook, events, bus).look)
     every(EXPORTS_S, "exports that are fetched too late", exports.look)
-    every(QUOTA_S, "the recordings' size", QuotaWatch(store, settings.recordings_quota, events).look)
+    every(QUOTA_S, "the recordings' size", QuotaWatch(store, settings.recordings_quota, events, scheduler).look)
     tokens.start()
     return Services(
         settings=settings,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from controller.errors import RecordingError, TendrilError
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import Settings
-from controller.system.tasks import Tasks
+from controller.system.scheduler import Scheduler
 from recordings.format.annotations import Annotation
 from recordings.format.messages import Recording
 from recordings.write.session import Context
@@ -48,6 +48,7 @@ class Automatic:
         events: EventLog,
         settings: Callable[[], Settings],
         faults: Callable[[], bool],
+        scheduler: Scheduler,
     ) -> None:
         self._recorder, self._rig, self._review, self._events = recorder, rig, review, events
         self._settings, self._faults = settings, faults
@@ -59,7 +60,7 @@ class Automatic:
         """Ids of the recording that ends when all of that is in it, and of the one that was ended last."""
         self._ending = asyncio.Lock()
         """Held while a recording is ended: a run that follows at once would else go into the one of the run before."""
-        self._tasks = Tasks(lambda text: events.add(text, "error"))
+        self._scheduler = scheduler
 
     def recording(self) -> str | None:
         """Id of the recording that goes on; None without one."""
@@ -73,9 +74,9 @@ class Automatic:
             return
         if left := self._review.take_cut():
             over = bool(left.reference) or left.name.startswith(FAULT)
-            self._tasks.begin("the rest of a recording", self._go_on(left, over))
+            self._scheduler.begin("the rest of a recording", self._go_on(left, over))
         if cut := self._recorder.take_cut():
-            self._tasks.begin("the rest of a recording", self._resume(cut))
+            self._scheduler.begin("the rest of a recording", self._resume(cut))
 
     def _look_for_fault(self) -> None:
         newest = self._rig.newest
@@ -83,7 +84,7 @@ class Automatic:
         if newest is not None and self._faults() and self._mode in STOPPED and before not in CALM:
             self._until = time.monotonic() + AFTER
             if not self.recording():
-                self._tasks.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
+                self._scheduler.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
 
     async def begin_run(self, name: str, operator: str) -> None:
         """Record a run from now on, unless a recording of somebody goes on.
@@ -91,7 +92,7 @@ class Automatic:
         A run that is over before its recording has begun cancels this, but not a recorder at work: see `end_run`.
         """
         run = self._run = _OfRun()
-        await self._tasks.to_its_end("the recording of a run", self._record_run(run, name, operator))
+        await self._scheduler.to_its_end("the recording of a run", self._record_run(run, name, operator))
 
     def annotate(self, annotation: Annotation) -> None:
         """Note it in the recording that goes on, if any."""
@@ -163,7 +164,7 @@ class Automatic:
     def _end_later(self, id: str) -> None:
         """End the recording whose first part is `id` once all that follows a fault is in it, at once without one."""
         self._lasting = id
-        self._tasks.begin("the end of a recording", self._last(id))
+        self._scheduler.begin("the end of a recording", self._last(id))
 
     async def _last(self, id: str) -> None:
         while (left := self._until - time.monotonic()) > 0:  # another fault may come meanwhile

@@ -1,11 +1,11 @@
 """What who operates does with the recording that runs: begin it, mark it, end it; by a button, or by a macro."""
 
 import asyncio
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated
 
 from controller.errors import CommandRefused, RecordingError
-from controller.system.tasks import Tasks
+from controller.system.scheduler import Scheduler
 from recordings.format.messages import Bookmark, Profile, Recording, RecordingState
 from recordings.store.edits import with_bookmark
 from recordings.write.session import Context
@@ -31,11 +31,11 @@ class RecordingByHand:
     rig: Rig
     operator: Operator
     events: EventLog
-    tasks: Tasks = field(default_factory=Tasks)
+    scheduler: Scheduler
 
     async def begin(self, title: str, profile: Profile, name: str) -> RecordingState:
         """Record every tick from now on; refused when a recording runs or the disk has no room."""
-        return await self.tasks.to_its_end("the begin of a recording", self._begin(title, profile, name))
+        return await self.scheduler.to_its_end("the begin of a recording", self._begin(title, profile, name))
 
     async def _begin(self, title: str, profile: Profile, name: str) -> RecordingState:
         info, context = self.rig.require_info(), Context(profile=profile, operator=name)
@@ -48,7 +48,7 @@ class RecordingByHand:
 
     async def mark(self, label: str, name: str) -> Bookmark:
         """Mark the newest row; refused when nothing is recorded, or it has 100 bookmarks already."""
-        return await self.tasks.to_its_end("a bookmark", self._mark(label, name))
+        return await self.scheduler.to_its_end("a bookmark", self._mark(label, name))
 
     async def _mark(self, label: str, name: str) -> Bookmark:
         try:
@@ -62,7 +62,7 @@ class RecordingByHand:
 
     async def end(self, name: str) -> Recording:
         """End the recording; refused when none runs."""
-        return await self.tasks.to_its_end("the end of a recording", self._end(name))
+        return await self.scheduler.to_its_end("the end of a recording", self._end(name))
 
     async def _end(self, name: str) -> Recording:
         try:

@@ -19,7 +19,7 @@ from starlette.types import Receive, Scope, Send
 
 from controller.errors import CommandRefused, ProcessKilled, RecordingError
 from controller.schema.layout import Model
-from controller.system.tasks import Tasks
+from controller.system.scheduler import Scheduler
 from recordings.exporting.export import By, Format, export
 from recordings.exporting.table import Choice
 from recordings.store.quota import FREE_MIN
@@ -85,17 +85,17 @@ class Sent(FileResponse):
 class Exports:
     """The files that are being made, wait to be fetched or are being sent."""
 
-    def __init__(self) -> None:
+    def __init__(self, scheduler: Scheduler) -> None:
+        self._scheduler = scheduler
         self._waiting: dict[str, _Waiting] = {}
         self._scratches: set[Scratch] = set()
-        self._tasks = Tasks()
         self._swept = False
 
     def look(self) -> None:
         """Forget what waited for too long; at first remove what an earlier process left."""
         if not self._swept:
             self._swept = True
-            self._tasks.begin("the sweep of old exports", asyncio.to_thread(sweep))
+            self._scheduler.begin("the sweep of old exports", asyncio.to_thread(sweep))
         self._forget_old()
 
     async def make(
@@ -167,7 +167,7 @@ class Exports:
         now = time.monotonic()
         for key in [key for key, waiting in self._waiting.items() if now - waiting.since >= KEPT]:
             old = self._waiting.pop(key).file.scratch
-            self._tasks.begin("the removal of an old export", asyncio.to_thread(self._remove, old))
+            self._scheduler.begin("the removal of an old export", asyncio.to_thread(self._remove, old))
 
     def _require_few(self) -> None:
         """CommandRefused where as many wait to be fetched as may."""

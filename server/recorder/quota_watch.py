@@ -2,7 +2,7 @@
 
 import asyncio
 
-from controller.system.tasks import Tasks
+from controller.system.scheduler import Scheduler
 from recordings.store.quota import default_quota, enforce, too_large
 from recordings.store.store import Store
 from server.log.events import EventLog
@@ -14,18 +14,18 @@ QUOTA_S = 60.0
 class QuotaWatch:
     """Looks once a minute, off the event loop."""
 
-    def __init__(self, store: Store, most: int | None, events: EventLog) -> None:
+    def __init__(self, store: Store, most: int | None, events: EventLog, scheduler: Scheduler) -> None:
         self._store, self._events = store, events
         self._given = most
         self._told = self._problem = ""
-        self._tasks = Tasks(lambda text: events.add(text, "error"), most=1)
+        self._scheduler = scheduler
         self._busy = False
 
     def look(self) -> None:
         """A job: look, unless the last look is still under way."""
         if not self._busy:
             self._busy = True
-            self._tasks.begin("the look at the recordings' size", self.keep())
+            self._scheduler.begin("the look at the recordings' size", self.keep())
 
     async def keep(self) -> None:
         """Remove what is too much, and say once what cannot be removed, or that nobody can look."""

@@ -20,7 +20,6 @@ from controller.system import lifecycle
 from controller.system.logs import Background
 from controller.system.loop_watchdog import LoopWatchdog
 from controller.system.scheduler import FAILURE_FORGOTTEN_S, ErrorGuard, Scheduler
-from controller.system.tasks import Tasks
 from controller.system.thread import SupervisedThread
 from recordings.format.annotations import LogLine
 from recordings.write.queue import NoAnswer, RecorderQueue
@@ -110,18 +109,20 @@ def test_a_thread_that_hangs_is_seen() -> None:
     assert worker.stop(60.0) and worker.trouble == ""
 
 
-async def test_a_task_that_nobody_waits_for_does_not_fail_in_silence() -> None:
-    told: list[str] = []
-    tasks = Tasks(told.append, most=1)
+async def test_a_task_that_is_not_awaited_does_not_fail_in_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("controller.system.scheduler.TASKS_MAX", 1)
+    told, scheduler = list[str](), Scheduler()
+    scheduler.tell = told.append
 
     async def fail() -> None:
         raise RuntimeError("no")
 
-    tasks.begin("the end of a recording", fail())
-    tasks.begin("another", fail())
+    scheduler.begin("the end of a recording", fail())
+    scheduler.begin("the end of a recording", fail())
+    scheduler.begin("another", asyncio.sleep(0.0))
     await asyncio.sleep(0.05)
     assert told == [
-        "another was left out: 1 such tasks wait already",
+        "the end of a recording was left out: 1 such tasks wait already",
         "the end of a recording failed: RuntimeError: no",
     ]
 

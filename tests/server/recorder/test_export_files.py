@@ -16,6 +16,7 @@ import pytest
 from starlette.requests import Request
 
 from controller.errors import RecordingError
+from controller.system.scheduler import Scheduler
 from recordings.exporting.export import By
 from recordings.exporting.table import Choice
 from recordings.format.messages import Recording
@@ -111,7 +112,7 @@ async def test_what_is_too_old_is_not_given_before_the_next_beat_either(
     async def present() -> bool:
         return False
 
-    exports, folder = Exports(), cast(RecordingsFolder, SimpleNamespace(read=write))
+    exports, folder = Exports(Scheduler()), cast(RecordingsFolder, SimpleNamespace(read=write))
     request = cast(Request, SimpleNamespace(is_disconnected=present))
     key = (await exports.make(folder, request, Path("run.rrd"), "csv", Choice(), By())).key
     monkeypatch.setattr(exports_module, "KEPT", 0.0)
@@ -225,7 +226,7 @@ def test_a_folder_of_somebody_else_and_a_link_stay(room: Path, monkeypatch: pyte
 
 
 def test_the_end_of_the_server_removes_what_is_left(room: Path) -> None:
-    exports = Exports()
+    exports = Exports(Scheduler())
     file = exports.new("run.csv")
     with (file.scratch.path / scratch_module.LOCK).open() as lock, pytest.raises(BlockingIOError):
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

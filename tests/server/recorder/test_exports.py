@@ -21,6 +21,7 @@ from starlette.requests import Request
 
 from controller.errors import CommandRefused, RecordingError
 from controller.schema.parameters import Settings
+from controller.system.scheduler import Scheduler
 from recordings.exporting import export as export_module
 from recordings.exporting.export import By
 from recordings.exporting.table import Choice, RowReader
@@ -247,7 +248,7 @@ def test_who_hangs_up_cancels_the_export_and_nothing_of_it_stays(
         return bool(targets)
 
     folder, request = SimpleNamespace(read=never), SimpleNamespace(is_disconnected=gone)
-    make = Exports().make(
+    make = Exports(Scheduler()).make(
         cast(RecordingsFolder, folder), cast(Request, request), Path("run.rrd"), "csv", Choice(), By()
     )
     with pytest.raises(CommandRefused, match="cancelled"):

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from controller.schema.parameters import Settings
+from controller.system.scheduler import Scheduler
 from recordings.store.quota import enforce, too_large
 from recordings.store.store import Store
 from recordings.write.writer import Recorder
@@ -58,7 +59,7 @@ async def test_a_quota_smaller_than_one_recording_keeps_the_newest_and_says_so(t
         recorder.stop()
     recorder.close()
     events = EventLog()
-    watch = QuotaWatch(store, 1000, events)
+    watch = QuotaWatch(store, 1000, events, Scheduler())
     await watch.keep()
     await watch.keep()
     assert [one.id for one in store.list()] == [ids[1]] and enforce(store, 1000) == []
@@ -89,5 +90,5 @@ async def test_a_folder_that_is_gone_for_a_moment_costs_no_recording(
 
     monkeypatch.setattr(QuotaWatch, "_most", gone)
     store, events = Store(folder), EventLog()
-    await QuotaWatch(store, None, events).keep()
+    await QuotaWatch(store, None, events, Scheduler()).keep()
     assert len(store.list()) == 3 and not events.recent

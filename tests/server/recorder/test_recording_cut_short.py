@@ -12,6 +12,7 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
+from controller.system.scheduler import Scheduler
 from recordings.format.messages import Recording, RecordingState
 from recordings.write.writer import Recorder
 from server.log.events import EventLog
@@ -58,9 +59,11 @@ class Desk:
         review = cast(Review, SimpleNamespace(stopped=self.looked_after.append))
         self.heard = SimpleNamespace(info=1, require_info=lambda: 1, newest=None, boot=lambda: None)
         rig = cast(Rig, self.heard)
-        self.automatic = Automatic(recorder, rig, review, self.events, Settings, lambda: True)
+        self.automatic = Automatic(recorder, rig, review, self.events, Settings, lambda: True, Scheduler())
         operator = cast(Operator, SimpleNamespace(settings=Settings()))
-        self.by_hand = RecordingByHand(recorder, cast(RecordingsFolder, None), review, rig, operator, self.events)
+        self.by_hand = RecordingByHand(
+            recorder, cast(RecordingsFolder, None), review, rig, operator, self.events, Scheduler()
+        )
 
     async def fault(self) -> str:
         """The rig is stopped under pressure: the id of the recording that this begins."""
