@@ -8,7 +8,7 @@ KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing s
 export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: run test check setup build chromium side-by-side quick-side-by-side lint types test-page lint-page types-page
-.PHONY: test-python test-alone test-quick test-browser test-long renew lock schema clean
+.PHONY: test-python test-alone test-campaign test-quick test-browser test-long renew lock schema clean
 
 run:
 	$(MAKE) --no-print-directory -j2 setup
@@ -16,7 +16,7 @@ run:
 
 # What can run side by side does; tests that keep time run alone.
 test:
-	$(PYTHON) .ci/parts.py side-by-side test-python test-alone test-browser
+	$(PYTHON) .ci/parts.py side-by-side test-python test-alone test-campaign test-browser
 
 side-by-side:
 	$(MAKE) --no-print-directory -j3 --output-sync=target setup chromium test-page lint types
@@ -78,13 +78,16 @@ types-page: frontend/node_modules/installed
 # What keeps time or kills processes (`alone`) runs apart from what takes all cores, no more at a time than there are
 # cores: with three on two, a rig, its devices and its server were each kept waiting for longer than their limits.
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone"
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone and not campaign"
 
 test-alone: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist worksteal -m "alone and not long"
 
+test-campaign: setup
+	$(BIN)/python -m pytest tests --ignore tests/e2e -m campaign
+
 test-quick: .venv/kernels
-	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone and not process"
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone and not campaign and not process"
 
 test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"

@@ -32,7 +32,8 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     text = collection_path.read_text()
     whole = re.findall(r"^pytestmark = pytest\.mark\.(\w+)$", text, re.MULTILINE)
     left_out = any(f"not {mark}" in asked for mark in whole)
-    return True if left_out or (asked.startswith("alone") and "mark.alone" not in text) else None
+    nothing = any(asked.startswith(mark) and f"mark.{mark}" not in text for mark in ("alone", "campaign", "keyed"))
+    return True if left_out or nothing else None
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
@@ -55,6 +56,6 @@ def pytest_runtest_protocol() -> Iterator[None]:
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_teardown(item: pytest.Item) -> Iterator[None]:
     done = yield
-    if processes.started and not any(map(item.get_closest_marker, ("process", "alone", "long"))):
+    if processes.started and not any(map(item.get_closest_marker, ("process", "alone", "campaign", "long"))):
         pytest.fail(f"it starts a process and is not marked so: {processes.started}")
     return done

@@ -11,8 +11,6 @@ import pytest
 from server.campaign.table import chosen
 from server.campaign.waiting import Failed, wait
 
-pytestmark = pytest.mark.alone
-
 TENDRIL = Path(sys.executable).parent / "tendril"
 KEYS = {"name", "expected", "observed", "reaction_ms", "limit_ms", "pass"}
 
@@ -22,6 +20,7 @@ def rings() -> set[Path]:
     return set(Path("/dev/shm").glob("tendril-faults-*"))
 
 
+@pytest.mark.campaign
 @pytest.mark.timeout(600)
 def test_the_shortened_campaign_passes_and_says_so_in_json(tmp_path: Path) -> None:
     file = tmp_path / "faults.json"
@@ -40,6 +39,7 @@ def test_the_shortened_campaign_passes_and_says_so_in_json(tmp_path: Path) -> No
     assert rings() <= before, "nothing is left in shared memory"
 
 
+@pytest.mark.process
 def test_an_unknown_fault_is_one_clear_line() -> None:
     done = subprocess.run([TENDRIL, "faults", "--only", "earthquake"], capture_output=True, text=True)
     assert (done.returncode, len(done.stderr.splitlines())) == (1, 1)
