@@ -22,7 +22,7 @@ from pydantic import ValidationError
 
 from controller.errors import KeyRefused, LayoutMismatch, RigUnreachable, TendrilError, Unproven
 from controller.link.asker import Asker
-from controller.link.keys import Keys, open_session
+from controller.link.keys import REPLAY_MAX, Keys, open_session
 from controller.link.knock import kept_out
 from controller.link.pace import Pace
 from controller.link.planned import PlannedRows, encoded
@@ -80,11 +80,14 @@ class RigClient:
         *,
         key: bytes,
         tls: Path | None = None,
+        commands: bool = True,
     ) -> None:
         """Connect in the background; `endpoint` like "tcp/127.0.0.1:7557".
 
-        `key` is the rig's, without which it opens no session; `tls` as of `open_session`.
+        `key` is the rig's, without which it opens no session; `tls` as of `open_session`. `commands`: whether we are
+        one who may have to stop the rig at once.
         """
+        self._commands = commands
         self._keys, self._key, self._endpoint = Keys(rig_id), key, endpoint
         self._on_boot = on_boot
         self._stream = RowStream(self._missing, on_rows)
@@ -193,6 +196,16 @@ class RigClient:
         """Telemetry rows of ticks [first, first + count) that the rig's ring still holds."""
         payload = np.array([first, count], np.int64).tobytes()
         return np.frombuffer(self._asker.ask(self._keys.replay, payload).payload, record_dtype(Telemetry))
+
+    def replay_all(self, first: int, stop: int) -> np.ndarray:
+        """The same of [first, stop), however many."""
+        parts = [np.empty(0, record_dtype(Telemetry))]
+        while first < stop:
+            rows = self.replay(first, min(REPLAY_MAX, stop - first))
+            parts.append(rows)
+            first = int(rows["tick"][-1]) + 1 if len(rows) else first + REPLAY_MAX  # all of these are gone
+        found = np.concatenate(parts)
+        return found[found["tick"] < stop]
 
     def plan(self, rows: PlannedRows) -> int:
         """Send `rows` as the reference of the next TRACK run; returns their number.
@@ -334,7 +347,8 @@ class RigClient:
         self._asker.forget()
         self._stopper.forget()
         with contextlib.suppress(TendrilError):  # an E-STOP opens it too, only later
-            self._stopper.prepare()
+            if self._commands:
+                self._stopper.prepare()
         try:
             self._info = self._read(answer)
         except LayoutMismatch as error:

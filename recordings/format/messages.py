@@ -21,6 +21,9 @@ Level = Literal["info", "warning", "error"]
 """Of a line in a recording's log."""
 
 
+FAULT = "fault: "
+"""How the names of those begin that a fault began."""
+
 BOOKMARKS_MAX = 100
 """Of one recording: every page is told all of them while it runs."""
 
@@ -143,3 +146,8 @@ class Recording(Model):
     """The quota never removes it."""
     problem: str = ""
     """Why it cannot be relied on: its data or its description is missing or damaged; "" for nearly all."""
+
+
+def by_itself(recording: Recording) -> bool:
+    """Whether a run or a fault began it, after whose end it lasts for some seconds only."""
+    return bool(recording.reference) or recording.name.startswith(FAULT)

@@ -25,7 +25,7 @@ from recordings.format.lines import style
 from recordings.format.messages import Level
 from recordings.format.profiles import TICKS, rounded
 from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, MODE_COLORS, Group, rgba
-from recordings.write.files import ABANDON_TIMEOUT
+from recordings.write.syncing import ABANDON_TIMEOUT
 
 FLUSH_TIMEOUT = 5.0
 BATCH = 1000

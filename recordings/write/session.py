@@ -25,8 +25,7 @@ from recordings.format.messages import (
     RecordingState,
     Restart,
 )
-from recordings.write.files import ABANDON_TIMEOUT, Files
-from recordings.write.syncing import Syncer
+from recordings.write.syncing import ABANDON_TIMEOUT, Syncer
 
 REPORT_SECONDS = 1.0
 DISK_FREE_MIN = 256 << 20
@@ -53,12 +52,12 @@ class Context:
 class Session:
     """A recording that is being written. Not thread-safe."""
 
-    def __init__(
-        self, folder: Path, name: str, info: RigInfo, settings: Settings, context: Context, files: Files
-    ) -> None:
+    def __init__(self, folder: Path, name: str, info: RigInfo, settings: Settings, context: Context) -> None:
         """Create the files; raises `RecordingError` when that fails or the disk has no room."""
+        from recordings.write.rrd import RrdFile  # late: a server knows these words, and has no rerun
+
         check_room(folder)
-        self._folder, self._files = folder, files
+        self._folder = folder
         self._info, self._settings, self._context = info, settings, context
         self._started = datetime.now(UTC)
         self._name = name.strip() or f"{info.parameters.actuator.name} on {info.rig}"
@@ -76,13 +75,13 @@ class Session:
         with ExitStack() as undo:  # a file that could not be begun holds nothing, and no lock
             undo.callback(self._lock.close)
             undo.callback(self._path.unlink, missing_ok=True)
-            self._file = files.open(self._path, About(self.id, self._name, info, settings, context.profile))
+            self._file = RrdFile(self._path, About(self.id, self._name, info, settings, context.profile))
             undo.callback(self._file.abandon)
             self._file.flush()
             self._syncer = Syncer(folder, self._path)
             undo.callback(self._syncer.close)
             undo.callback(sidecar.path(folder, self.id).unlink, missing_ok=True)
-            sidecar.write(folder, self._described(complete=False))
+            sidecar.write(folder, self.described())
             self._syncer.start()
             undo.pop_all()
 
@@ -119,7 +118,7 @@ class Session:
         """The recording's next part, after this one has ended."""
         part_of = self._context.part_of or self.id
         context = replace(self._context, part_of=part_of, earlier=None, after=self._last_tick)
-        return Session(self._folder, self._name, self._info, self._settings, context, self._files)
+        return Session(self._folder, self._name, self._info, self._settings, context)
 
     def abandon(self, reason: str) -> Recording:
         """Close what can be closed after `reason`: the file stays readable as far as it goes."""
@@ -149,7 +148,7 @@ class Session:
         """Size of the file so far."""
         return self._path.stat().st_size
 
-    def _described(self, complete: bool) -> Recording:
+    def described(self, complete: bool = False) -> Recording:
         """The row of the list, as things stand."""
         context = self._context
         return Recording(
@@ -202,7 +201,7 @@ class Session:
         self._reported = time.monotonic()
         self._file.flush()
         check_room(self._folder)
-        self._syncer.describe(self._described(complete=False))
+        self._syncer.describe(self.described())
 
     def _release(self, complete: bool) -> Recording:
         """The order is what counts: the data are on the disk before anything says that they are complete."""
@@ -213,7 +212,7 @@ class Session:
             else:
                 with suppress(RecordingError):  # the first error is the one that counts
                     self._syncer.end(ABANDON_TIMEOUT)
-            return sidecar.write(self._folder, self._described(complete))
+            return sidecar.write(self._folder, self.described(complete))
         finally:
             self._lock.close()
 

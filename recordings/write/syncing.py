@@ -17,6 +17,8 @@ PERIOD = 0.5
 """Between two times that the data go to the disk [s]; with the batch that is not yet written, a loss below 1 s."""
 LAST_TIMEOUT = 30.0
 """Longest wait for the last time [s]: a disk that takes longer is taken for dead."""
+ABANDON_TIMEOUT = 2.0
+"""Longest wait for the end of a file that failed [s]."""
 
 
 class Syncer:

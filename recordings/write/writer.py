@@ -1,14 +1,10 @@
-"""The recorder: every tick that the link delivers goes into an .rrd file, from a thread of its own.
-
-The file itself may be another process's (files.py). Where that is killed, the recording ends, and can be gone on with.
-"""
+"""The recorder: every tick that the link delivers goes into an .rrd file, from a thread of its own."""
 
 import contextlib
 import queue
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +16,6 @@ from controller.schema.parameters import Settings
 from controller.system.thread import SupervisedThread
 from recordings.format.annotations import Annotation
 from recordings.format.messages import DISK_TIMEOUT_S, SPLIT_BYTES, Bookmark, Recording, RecordingState
-from recordings.write.files import Files, FilesHere, WriterKilled
 from recordings.write.queue import Job, NoAnswer, RecorderQueue
 from recordings.write.session import Context, Session
 
@@ -43,13 +38,6 @@ NEVER = -1
 """Before every tick."""
 
 
-class Cut(NamedTuple):
-    """A recording whose writer was killed, and whether it was to end just then."""
-
-    recording: Recording
-    ending: bool
-
-
 class Recorder:
     """Writes one recording at a time into `folder`. Its methods may be called from any thread."""
 
@@ -59,11 +47,10 @@ class Recorder:
         split: int = SPLIT_BYTES,
         ended: Callable[[Recording], None] = lambda done: None,
         patience: float = DISK_TIMEOUT_S,
-        files: Files | None = None,
     ) -> None:
         """A file that reaches `split` bytes is `ended`, and the recording goes on in another one.
 
-        `patience` [s] is had with a disk that takes nothing; see `look`. `files` says who writes; None: we.
+        `patience` [s] is had with a disk that takes nothing; see `look`.
         """
         self._looked = self._awake = time.monotonic()
         self._patience, self._given_up = patience, ""
@@ -71,9 +58,8 @@ class Recorder:
         """Whether the recording is to end, and whether who asked for that waits no more."""
         self._split_bytes, self._ended = split, ended
         self._queue = RecorderQueue()
-        self._folder, self._files = folder, files or FilesHere()
-        self._cut: Cut | None = None
-        self._first = ""
+        self._folder = folder
+        self._running: Recording | None = None
         self._session: Session | None = None
         self._done: Recording | None = None
         """The last one that was ended whole on request."""
@@ -154,14 +140,10 @@ class Recorder:
         """What the recorder does now; `problem` says why the last recording ended by itself."""
         return self._state
 
-    def take_cut(self) -> Cut | None:
-        """The recording that ended because its writer was killed, once."""
-        cut, self._cut = self._cut, None
-        return cut
-
-    def first(self) -> str:
-        """Id of the running recording's first part, "" when none runs."""
-        return self._first if self._state.recording else ""
+    @property
+    def running(self) -> Recording | None:
+        """The recording that goes on, as it was described when it began; None when none runs."""
+        return self._running if self._state.recording else None
 
     def close(self) -> None:
         """End a running recording and the recorder's thread."""
@@ -200,13 +182,18 @@ class Recorder:
 
     def _run(self) -> None:
         self.worker.rest()  # rerun's first call takes long on a busy machine: that is no disk that hangs
-        with contextlib.suppress(RecordingError):  # the first recording will tell
-            self._files.ready()
+        self._warm_up()
         while (item := self._next()) is not None:
             self.worker.turn()
             self._guarded(item)
         if self._session:
             self._guarded(self._stop)
+
+    def _warm_up(self) -> None:
+        with contextlib.suppress(Exception):  # a full disk, say: the first recording will tell
+            from recordings.write.rrd import warm_up  # late: who only names a recorder needs no rerun
+
+            warm_up()
 
     def _next(self) -> Job | Rows | None:
         """The next thing handed over; writing what is due when nothing is."""
@@ -231,11 +218,8 @@ class Recorder:
             raise RecordingError(f"recording {self._session.id} is running already")
         rows = self._rows_from_now(context)
         try:
-            self.worker.rest()  # a process that starts is no disk that hangs
-            self._files.ready()
-            self.worker.turn()
             self._folder.mkdir(parents=True, exist_ok=True)
-            self._session = Session(self._folder, name, info, settings, context, self._files)
+            self._session = Session(self._folder, name, info, settings, context)
         except (OSError, RecordingError) as error:
             self._queue.drop()
             if isinstance(error, RecordingError):
@@ -246,9 +230,8 @@ class Recorder:
                 self._session.write(rows[begin : begin + FIRST_ROWS])
         except Exception as error:
             self._fail(error)
-            self._cut = None  # who asked for it is told, so nobody else goes on with it
             raise RecordingError(self._state.problem) from error
-        self._state, self._first = self._session.state(), context.part_of or self._session.id
+        self._state, self._running = self._session.state(), self._session.described()
         return self._state
 
     def _rows_from_now(self, context: Context) -> Rows:
@@ -312,6 +295,7 @@ class Recorder:
         self._session = None
         self._ended(done)
         self._session = full.next()
+        self._running = self._session.described()
 
     def _fail(self, error: Exception) -> None:
         """End the recording because of `error` and keep the reason for `state`."""
@@ -320,9 +304,7 @@ class Recorder:
         over = self._session_over(f"{ENDED}: {error}")
         if session:
             with contextlib.suppress(Exception):  # the first error is the one that counts
-                left = session.abandon(over.problem)
-                if isinstance(error, WriterKilled):
-                    self._cut = Cut(left, self._ending)
+                session.abandon(over.problem)
         self._state = over  # last: who reads it finds file and sidecar closed
 
     def _session_over(self, problem: str = "") -> RecordingState:

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 from controller.system.event_bus import EventBus
+from controller.system.keys import read_key
 from controller.system.scheduler import Scheduler
 from controller.system.thread import SupervisedThread
 from recordings.format.annotations import LogLine
+from recordings.live.channel import Order
 from recordings.store.store import Store, default_folder
-from recordings.write.files import FilesApart
-from recordings.write.writer import Recorder
 from server.access.lease import OperatorLease
 from server.access.permit import Permits
 from server.access.sessions import Sessions
@@ -55,8 +55,9 @@ from server.procedure.motion import Context
 from server.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
+from server.recorder.client import RecorderClient, launch
 from server.recorder.exports import EXPORTS_S, Exports
-from server.recorder.folder import Reader, RecordingsFolder, Writer
+from server.recorder.folder import Reader, RecordingsFolder
 from server.recorder.quota_watch import QUOTA_S, QuotaWatch
 from server.recorder.review import Review
 from server.recorder.watch import RECORDER_S, RecorderWatch
@@ -100,8 +101,7 @@ class Services:
     folder: RecordingsFolder
     exports: Exports
     reader: Reader
-    writer: Writer
-    recorder: Recorder
+    recorder: RecorderClient
     review: Review
     automatic: Automatic
     by_hand: RecordingByHand
@@ -143,7 +143,6 @@ class Services:
         self.runs.close()
         self.results.close()
         self.recorder.close()
-        self.writer.stop()
         self.scene.close()
         if self.webhook is not None:
             self.webhook.close()
@@ -159,12 +158,13 @@ def open_services(
     deadly: Callable[[], None] | None = None,
     planner: Planner | None = None,
     reader: Reader | None = None,
-    writer: Writer | None = None,
+    launch_recorder: Callable[[Order, bool], None] = launch,
 ) -> Services:
     """Connect to the rig and start everything that has a thread of its own. `deadly` is called where the event loop
-    does not turn any more; `planner`, `reader` and `writer` are to be used instead of such of their own.
+    does not turn any more; `planner` and `reader` are used instead of such of its own, and `launch_recorder` starts a
+    recorder where there is none.
     """
-    planner, reader, writer = planner or Planner(), reader or Reader(), writer or Writer()
+    planner, reader = planner or Planner(), reader or Reader()
     file = TokenFile(settings)
     secrets = file.made()
     scheduler = Scheduler(deadly)
@@ -180,18 +180,19 @@ def open_services(
 
     store = Store(settings.recordings or default_folder())
     review, loop, history = Review(store, reader), LoopWatch(), History()
-    recorder = Recorder(
+    history.listen(loop.add)
+    rig = Rig(settings, history)
+    order = Order(
+        settings.rig,
+        settings.endpoint,
         store.folder,
         settings.recording_split,
-        lambda done: review.stopped(done.id),
         settings.disk_patience,
-        FilesApart(writer),
+        settings.link_tls,
+        read_key(settings.key),
     )
+    recorder = RecorderClient(order, rig.seen, lambda done: review.stopped(done.id), launch_recorder)
     events.listen(lambda event: recorder.annotate(LogLine(event.text, event.level)))
-
-    history.listen(loop.add)
-    history.listen(recorder.rows)
-    rig = Rig(settings, history)
     permits = Permits(lease, sessions, rig.operator_timeout)
     kept = KeptSettings(settings.state / f"settings-{settings.rig}.json", events, lambda: rig.info)
     stopper = Stopper(rig.stop, lambda: rig.met)
@@ -244,7 +245,7 @@ def open_services(
     Reactions(rig, operator, events, bus)
 
     parts = (rig, operator, stopper, recorder, review, scene, tokens)
-    workers: list[SupervisedThread] = [part.worker for part in parts]
+    workers: list[SupervisedThread | RecorderClient] = [recorder, *(part.worker for part in parts)]
     workers += [webhook.worker] if webhook else []
     workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
     monitor = HealthMonitor(workers, scheduler, events)
@@ -303,7 +304,6 @@ def open_services(
         folder=folder,
         exports=exports,
         reader=reader,
-        writer=writer,
         recorder=recorder,
         review=review,
         automatic=automatic,

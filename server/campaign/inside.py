@@ -23,7 +23,8 @@ NAP = 0.01
 def act(*_: object) -> None:
     """Do what the order says: `hold_gil` for a number of seconds, `step_clock` by one; `stand` still, which the event
     loop's own thread does; let `calls` ("module:Class.method") for `seconds` do `how`: fail, hang, or end their thread;
-    only those with `argument`, part of its text, if that is named. What hangs goes on once the order is another.
+    only those with `argument`, part of its text, if that is named. What hangs goes on once the order is another. Calls
+    that this process does not have are another's.
     """
     order = given_order()
     if "hold_gil" in order:
@@ -31,7 +32,8 @@ def act(*_: object) -> None:
     if "stand" in order:
         time.sleep(order["stand"])
     for name in order.get("calls", ()):
-        break_calls(name, order)
+        if name.split(":")[0] in sys.modules:
+            break_calls(name, order)
     if "step_clock" in order:
         step_clock(order["step_clock"])
 
@@ -79,4 +81,8 @@ def step_clock(seconds: float) -> None:
 if __name__ == "__main__":
     signal.signal(signal.SIGUSR1, act)
     del sys.argv[0]
+    if sys.argv[0] == "server.app":  # so does its recorder
+        from server.recorder import client
+
+        client.PROGRAM = ("server.campaign.inside", *client.PROGRAM)
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)

@@ -30,6 +30,7 @@ from server.campaign.table import BOARD_GAP, GAP
 from server.campaign.waiting import Failed, Skipped, require, wait
 from server.presets.actuator import kept_file
 from server.presets.orders import Orders
+from server.recorder import client
 from server.settings import ServerSettings
 from server.supervise.up import ServerChild
 
@@ -141,6 +142,15 @@ class Scene:
         return next(pid for pid, line in lines.items() if name in line)
 
     @property
+    def recorder_process(self) -> int:
+        """Process id of what records this rig, for whichever server."""
+        for entry in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                if {client.WRITING, self.rig} <= {*(entry / "cmdline").read_text().split("\0")}:
+                    return int(entry.name)
+        raise Failed("nothing records")
+
+    @property
     def boot(self) -> int:
         """The rig's boot that writes the newest ring; 0 between two boots."""
         try:
@@ -172,10 +182,11 @@ class Scene:
             raise Failed(f"{error}; the rig is in {self.mode.name}") from error
         return found[0]
 
-    def break_inside(self, process: int, **order: Any) -> None:
-        """Let `process` do something to itself; see `inside.act`."""
+    def break_inside(self, *processes: int, **order: Any) -> None:
+        """Let `processes` do something to themselves; see `inside.act`."""
         self._order.write_text(json.dumps(order))
-        os.kill(process, signal.SIGUSR1)
+        for process in processes:
+            os.kill(process, signal.SIGUSR1)
 
     def go_on_inside(self) -> None:
         """Take the order back: what hangs goes on."""

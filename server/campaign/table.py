@@ -83,8 +83,8 @@ FAULTS = (
     ),
     Fault(
         "recorder-killed",
-        "kill -9 of the server, of which the recorder is a thread, while it records",
-        "HOLD; the next server mends the recording and goes on in a second part without a hole",
+        "kill -9 of the server while it records",
+        "HOLD; the recording goes on, and the next server ends it whole",
         HOLD_MS,
     ),
     Fault(

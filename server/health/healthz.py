@@ -8,9 +8,9 @@ from typing import Annotated
 from controller.schema.layout import Model
 from controller.system.scheduler import Scheduler
 from recordings.write.session import DISK_FREE_MIN
-from recordings.write.writer import Recorder
 from server.health.monitor import HealthMonitor
 from server.http.given import given
+from server.recorder.client import RecorderClient
 from server.recorder.folder import RecordingsFolder
 from server.rig.client import Rig
 
@@ -50,7 +50,7 @@ class Probed:
     scheduler: Scheduler
     monitor: HealthMonitor
     rig: Rig
-    recorder: Recorder
+    recorder: RecorderClient
     folder: RecordingsFolder
 
 

@@ -9,12 +9,12 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.registry import Collector
 
 from controller.schema.modes import Mode
-from recordings.write.writer import Recorder
 from server.access.lease import OperatorLease
 from server.health.loop_health import LoopWatch
 from server.http.given import given
 from server.http.refused import RefusedCounts
 from server.operate.pages import Pages
+from server.recorder.client import RecorderClient
 from server.rig.client import Rig
 from server.rig.history import History
 
@@ -31,7 +31,7 @@ class Figures:
     pages: Pages[Any]
     lease: OperatorLease
     refused: RefusedCounts
-    recorder: Recorder
+    recorder: RecorderClient
 
 
 class ServerCollector(Collector):

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from controller.system.scheduler import Scheduler
 from controller.system.thread import SupervisedThread
 from server.log.events import EventLog
+from server.recorder.client import RecorderClient
 
 HEALTH_S = 0.5
 """Between two checks."""
@@ -13,7 +14,9 @@ HEALTH_S = 0.5
 class HealthMonitor:
     """Nothing that it watches can end it, and it is a job of the scheduler itself."""
 
-    def __init__(self, workers: Sequence[SupervisedThread], scheduler: Scheduler, events: EventLog) -> None:
+    def __init__(
+        self, workers: Sequence[SupervisedThread | RecorderClient], scheduler: Scheduler, events: EventLog
+    ) -> None:
         watchdog = scheduler.watchdog
         self._sources: dict[str, Callable[[], list[str]]] = {
             "threads": lambda: [worker.trouble for worker in workers if worker.trouble],

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from recordings.write.writer import Recorder
 from server.access.lease import OperatorLease
 from server.http.given import given
 from server.http.headers import server_time
@@ -15,6 +14,7 @@ from server.operate.pages import Pages
 from server.operate.people import PeopleHere
 from server.presets.first_mode.measurement import FirstModeMeasurement
 from server.presets.outcomes import OutcomeWatch
+from server.recorder.client import RecorderClient
 from server.rig.client import Rig
 from server.runs.macros.macros import Macros
 from server.runs.runs import Runs
@@ -29,7 +29,7 @@ class StatusView:
     people: PeopleHere
     pages: Pages[Any]
     operator: Operator
-    recorder: Recorder
+    recorder: RecorderClient
     runs: Runs
     macros: Macros
     outcomes: OutcomeWatch

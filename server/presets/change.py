@@ -5,12 +5,12 @@ from typing import Annotated
 
 from controller.errors import CommandRefused, RigUnreachable
 from controller.schema.modes import Mode
-from recordings.write.writer import Recorder
 from server.access.permit import Permit
 from server.http.given import given
 from server.log.events import EventLog
 from server.operate.operator import Operator
 from server.presets.outcomes import OutcomeWatch
+from server.recorder.client import RecorderClient
 from server.rig.client import Rig
 from server.settings import ServerSettings
 
@@ -21,7 +21,7 @@ class Change:
 
     rig: Rig
     outcomes: OutcomeWatch
-    recorder: Recorder
+    recorder: RecorderClient
     operator: Operator
     events: EventLog
     settings: ServerSettings

@@ -10,10 +10,10 @@ from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import Settings
 from controller.system.scheduler import Scheduler
 from recordings.format.annotations import Annotation
-from recordings.format.messages import Recording
+from recordings.format.messages import FAULT, Recording, by_itself
 from recordings.write.session import Context
-from recordings.write.writer import Cut, Recorder
 from server.log.events import EventLog, words
+from server.recorder.client import Interrupted, RecorderClient
 from server.recorder.review import Review
 from server.rig.client import Rig
 
@@ -22,8 +22,6 @@ AFTER = 10.0
 STOPPED = (Mode.FAULT, Mode.E_STOP)
 CALM = (None, Mode.VENTED, *STOPPED)
 """From these a fault or stop says nothing about a motion."""
-FAULT = "fault: "
-"""How the names of their recordings begin."""
 
 
 @dataclass
@@ -42,7 +40,7 @@ class Automatic:
 
     def __init__(
         self,
-        recorder: Recorder,
+        recorder: RecorderClient,
         rig: Rig,
         review: Review,
         events: EventLog,
@@ -72,11 +70,12 @@ class Automatic:
         self._look_for_fault()
         if self._rig.newest is None or self._rig.boot() is None:
             return
-        if left := self._review.take_cut():
-            over = bool(left.reference) or left.name.startswith(FAULT)
-            self._scheduler.begin("the rest of a recording", self._go_on(left, over))
-        if cut := self._recorder.take_cut():
-            self._scheduler.begin("the rest of a recording", self._resume(cut))
+        if interrupted := self._review.take_interrupted():
+            self._scheduler.begin("the rest of a recording", self._go_on(interrupted, by_itself(interrupted)))
+        if killed := self._recorder.take_interrupted():
+            self._scheduler.begin("the rest of a recording", self._resume(killed))
+        if left := self._recorder.take_left():
+            self._adopt(left)
 
     def _look_for_fault(self) -> None:
         newest = self._rig.newest
@@ -123,29 +122,35 @@ class Automatic:
         if id := await self._start(f"{FAULT}{words(cause)}", Context(profile="standard")):
             self._end_later(id)
 
-    async def _resume(self, cut: Cut) -> None:
-        """The process that wrote it was killed, and nothing else: what is recorded may last."""
-        await self._go_on(cut.recording, cut.ending)
-        self._review.cut_off(cut.recording.id)
+    def _adopt(self, left: Recording) -> None:
+        """The server that began it was killed, and the recorder went on: not for long where a run or fault began it."""
+        self._events.add(f"recording {left.id} goes on: the server that began it was killed")
+        if by_itself(left):
+            self._until = time.monotonic() + AFTER
+            self._end_later(left.part_of or left.id)
 
-    async def _go_on(self, cut: Recording, over: bool) -> None:
-        """Go on with `cut`, which a killed process has left, where it ends; not for long where that is `over`."""
-        first = cut.part_of or cut.id
+    async def _resume(self, killed: Interrupted) -> None:
+        """The process that wrote it was killed, and nothing else: what is recorded may last."""
+        await self._go_on(killed.recording, killed.ending)
+        self._review.cut_off(killed.recording.id)
+
+    async def _go_on(self, interrupted: Recording, over: bool) -> None:
+        """Go on with what a killed process has left, where it ends; not for long where that is `over`."""
+        first = interrupted.part_of or interrupted.id
         try:
-            context = await asyncio.to_thread(self._rest, cut, first)
+            context = await asyncio.to_thread(self._rest, interrupted, first)
         except TendrilError as error:
-            return self._events.add(f"recording {cut.id} ends where it was cut off: {error}", "warning")
-        if await self._start(cut.name, context) and (over or self._stopped == first):
+            return self._events.add(f"recording {interrupted.id} ends where it was cut off: {error}", "warning")
+        if await self._start(interrupted.name, context) and (over or self._stopped == first):
             self._until = time.monotonic() + AFTER
             self._end_later(first)
 
-    def _rest(self, cut: Recording, first: str) -> Context:
-        """How `cut` goes on: with all that the rig's ring still holds of it; TendrilError when it cannot."""
-        (boot, after), newest = self._review.end_of(cut), self._rig.newest
-        if newest is None or self._rig.info is None or self._rig.info.boot != boot:
+    def _rest(self, interrupted: Recording, first: str) -> Context:
+        """How it goes on: with all that the rig's ring still holds of it; TendrilError when it cannot."""
+        boot, after = self._review.end_of(interrupted)
+        if self._rig.newest is None or self._rig.info is None or self._rig.info.boot != boot:
             raise RecordingError("the rig restarted since")
-        earlier = None if after is None else self._rig.replay(after + 1, int(newest[0]["tick"]) + 1)
-        return Context(cut.profile, cut.operator, cut.reference, first, earlier, after)
+        return Context(interrupted.profile, interrupted.operator, interrupted.reference, first, after=after)
 
     async def _start(self, name: str, context: Context) -> str:
         """Id of the recording, "" when it could not begin: the log says why, and nothing else waits for it."""

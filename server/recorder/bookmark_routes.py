@@ -11,7 +11,8 @@ from server.access.asking import Holder
 from server.http.who import Me
 from server.log.events import GivenEvents
 from server.recorder.by_hand import GivenRecordingByHand
-from server.recorder.folder import GivenFolder, GivenRecorder
+from server.recorder.client import GivenRecorder
+from server.recorder.folder import GivenFolder
 
 router = APIRouter(tags=["recordings"])
 

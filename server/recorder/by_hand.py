@@ -9,10 +9,10 @@ from controller.system.scheduler import Scheduler
 from recordings.format.messages import Bookmark, Profile, Recording, RecordingState
 from recordings.store.edits import with_bookmark
 from recordings.write.session import Context
-from recordings.write.writer import Recorder
 from server.http.given import given
 from server.log.events import EventLog
 from server.operate.operator import Operator
+from server.recorder.client import RecorderClient
 from server.recorder.folder import RecordingsFolder
 from server.recorder.review import Review
 from server.rig.client import Rig
@@ -25,7 +25,7 @@ class RecordingByHand:
     What the recorder was asked for it does, and the rest with it, though who waits is cancelled, as a macro's step.
     """
 
-    recorder: Recorder
+    recorder: RecorderClient
     folder: RecordingsFolder
     review: Review
     rig: Rig

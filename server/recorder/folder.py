@@ -13,7 +13,6 @@ from typing import Annotated, Any, ParamSpec, TypeVar
 from controller.errors import TendrilError
 from controller.system.work_process import WorkProcess
 from recordings.store.store import Store
-from recordings.write.writer import Recorder
 from server.http.given import given
 
 P = ParamSpec("P")
@@ -23,7 +22,6 @@ LOOKERS = 4
 LOOK_TIMEOUT = 30.0
 """Longest wait for an answer of it [s]: a long recording's quick look takes seconds."""
 NAME, NICE = "reading recordings", 19
-WRITING = "writing recordings"
 
 
 class Reader(WorkProcess):
@@ -31,16 +29,6 @@ class Reader(WorkProcess):
 
     def __init__(self, nice: int = NICE) -> None:
         super().__init__(NAME, patience=None, nice=nice)
-
-
-class Writer(WorkProcess):
-    """Writes recordings, so that rerun with its libraries and threads is not in the server. May wait for a disk.
-
-    What it has open is gone with it, so nothing is asked twice.
-    """
-
-    def __init__(self) -> None:
-        super().__init__(WRITING, patience=None, tries=1)
 
 
 class RecordingsFolder:
@@ -101,4 +89,3 @@ async def _in_time(found: "asyncio.Future[T]") -> T:
 
 GivenFolder = Annotated[RecordingsFolder, given(RecordingsFolder)]
 GivenReader = Annotated[Reader, given(Reader)]
-GivenRecorder = Annotated[Recorder, given(Recorder)]

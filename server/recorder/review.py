@@ -32,20 +32,20 @@ class Review:
         self._store, self._reader = store, reader
         self._asked: queue.PriorityQueue[tuple[int, str]] = queue.PriorityQueue()
         self._depicted: set[str] = set()
-        self._cut: Recording | None = None
+        self._interrupted: Recording | None = None
         self.viewer: Path | None = None
         self.problem = ""
         self.worker = SupervisedThread("review", self._run, LONGEST)
         self.worker.start()
 
-    def take_cut(self) -> Recording | None:
+    def take_interrupted(self) -> Recording | None:
         """What the server before this one was writing when it was killed, once, as soon as that is known."""
-        cut, self._cut = self._cut, None
-        return cut
+        found, self._interrupted = self._interrupted, None
+        return found
 
-    def end_of(self, cut: Recording) -> tuple[int, int | None]:
+    def end_of(self, interrupted: Recording) -> tuple[int, int | None]:
         """The rig's boot that it is of, and its last tick; RecordingError where it was deleted meanwhile."""
-        return self._reader.call(end_of, self._store.path(cut.id))
+        return self._reader.call(end_of, self._store.path(interrupted.id))
 
     def stopped(self, id: str) -> None:
         """A recording is complete: make it quick to open, and measure it."""
@@ -92,7 +92,7 @@ class Review:
         except Exception:  # whatever lies in the folder, new recordings wait for us
             log.exception("what is left in %s stays as it is", self._store.folder)
             return ()
-        self._cut = newest if newest and newest.id in broken else None
+        self._interrupted = newest if newest and newest.id in broken else None
         return broken
 
     def _finish(self, id: str) -> None:

@@ -24,7 +24,8 @@ from server.http import answers
 from server.http.who import Me
 from server.log.events import GivenEvents
 from server.recorder.by_hand import GivenRecordingByHand
-from server.recorder.folder import GivenFolder, GivenRecorder
+from server.recorder.client import GivenRecorder
+from server.recorder.folder import GivenFolder
 from server.recorder.review import GivenReview
 
 

@@ -1,7 +1,7 @@
 """Says once in the log why a recording ended by itself: nobody may be looking at the recorder's state."""
 
-from recordings.write.writer import Recorder
 from server.log.events import EventLog
+from server.recorder.client import RecorderClient
 
 RECORDER_S = 0.1
 """Between two looks: a disk that hangs is found out by them."""
@@ -10,13 +10,12 @@ RECORDER_S = 0.1
 class RecorderWatch:
     """Looks at the recorder, and at its disk, now and then."""
 
-    def __init__(self, recorder: Recorder, events: EventLog) -> None:
+    def __init__(self, recorder: RecorderClient, events: EventLog) -> None:
         self._recorder, self._events = recorder, events
         self._told = ""
 
     def look(self) -> None:
-        """Look once, at the disk too."""
-        self._recorder.look()
+        """Look once."""
         problem = self._recorder.state().problem
         if problem and problem != self._told:
             self._events.add(problem, "error")

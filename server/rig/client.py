@@ -2,19 +2,16 @@
 
 from typing import Annotated
 
-import numpy as np
-
 from controller.arrays import Rows
 from controller.errors import RigUnreachable
 from controller.link import PlannedRows, RigClient
-from controller.link.keys import REPLAY_MAX
 from controller.schema.actuator import Actuator
 from controller.schema.hardware import Drivers
-from controller.schema.layout import record_dtype
-from controller.schema.messages import CommandReply, RigInfo, Telemetry, TwinFaults, TwinTime
+from controller.schema.messages import CommandReply, RigInfo, TwinFaults, TwinTime
 from controller.schema.parameters import RigParameters
 from controller.system.keys import read_key
 from controller.system.thread import SupervisedThread
+from recordings.live.channel import Seen
 from server.access.permit import Permit
 from server.http.given import given
 from server.rig.history import History
@@ -106,15 +103,10 @@ class Rig:
         """The boot of the rig that was met last, heard now or not."""
         return self._boot
 
-    def replay(self, first: int, stop: int) -> Rows:
-        """Telemetry rows (n,) of the ticks [first, stop) that the rig's ring still holds; see `RigClient.replay`."""
-        parts = [np.empty(0, record_dtype(Telemetry))]
-        while first < stop:
-            rows = self._link.replay(first, min(REPLAY_MAX, stop - first))
-            parts.append(rows)
-            first = int(rows["tick"][-1]) + 1 if len(rows) else first + REPLAY_MAX  # all of these are gone
-        found = np.concatenate(parts)
-        return found[found["tick"] < stop]
+    def seen(self) -> Seen | None:
+        """The newest row that came from this boot, for who has its own link to the rig."""
+        newest = self._history.newest
+        return None if newest is None or self._boot is None else Seen(self._boot, int(newest[0]["tick"]))
 
     def plan(self, rows: PlannedRows, permit: Permit) -> None:
         """Give the rig the reference of its next TRACK run, if `permit` stands; see `RigClient.plan`."""

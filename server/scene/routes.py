@@ -10,7 +10,8 @@ from fastapi import APIRouter
 from controller.errors import CommandRefused
 from recordings.read.playback import PlaybackRows, read_playback
 from server.http.who import Me
-from server.recorder.folder import GivenFolder, GivenReader, GivenRecorder, Reader
+from server.recorder.client import GivenRecorder
+from server.recorder.folder import GivenFolder, GivenReader, Reader
 from server.scene.messages import Playback, PlaybackBody, Role, SeatId, SeatLook, SeatPath
 from server.scene.playback import Player
 from server.scene.scene import GivenScene

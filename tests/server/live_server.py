@@ -23,10 +23,14 @@ from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode, Request
 from controller.schema.states import TRANSITIONS
 from controller.system.keys import KEY_BYTES
+from recordings.live.channel import Order
+from recordings.live.host import Host
+from recordings.write.writer import Recorder
 from server.app.app import create_app
 from server.app.run import address, listen, uvicorn_server
 from server.app.services import Services, open_services
-from server.recorder.folder import Reader, Writer
+from server.recorder.client import launch
+from server.recorder.folder import Reader
 from server.rig.planner import Planner
 from server.settings import ServerSettings
 from tests.waiting import PATIENCE, wait_for
@@ -212,19 +216,22 @@ class Page(httpx.Client):
             found.close()
 
 
-PLANNER, READER, WRITER = Planner(), Reader(nice=0), Writer()
+PLANNER, READER = Planner(), Reader(nice=0)
 """One for all servers of a test process, with which it ends: each would take a second to start. The reader is as urgent
 as all else here: with niceness it would wait for the tests beside it.
 """
-PLANNER.stop = READER.stop = WRITER.stop = lambda timeout=0.0: True  # type: ignore[method-assign]
+PLANNER.stop = READER.stop = lambda timeout=0.0: True  # type: ignore[method-assign]
 
 
 class TestServer:
-    """The server in a thread of this process, so that tests can also look inside."""
+    """The server in a thread of this process, so that tests can also look inside, and its recorder in another one."""
 
     __test__ = False
+    recorder: Recorder
+    """The one that its recorder's client asks."""
 
-    def __init__(self, folder: Path, endpoint: str, key: Path | None = None, **more: Any) -> None:
+    def __init__(self, folder: Path, endpoint: str, key: Path | None = None, apart: bool = False, **more: Any) -> None:
+        """`apart`: the recorder is a process, as it should be, and takes a second to start."""
         self.settings = ServerSettings(
             port=0,
             endpoint=endpoint,
@@ -238,7 +245,9 @@ class TestServer:
             record_faults=False,  # every operator begins with an E-STOP
             **more,
         )
-        self.services: Services = open_services(self.settings, planner=PLANNER, reader=READER, writer=WRITER)
+        self.services: Services = open_services(
+            self.settings, planner=PLANNER, reader=READER, launch_recorder=launch if apart else self._host
+        )
         self.app = create_app(self.services)
         listening = listen("127.0.0.1", 0)
         self.url = address(self.settings, listening)
@@ -247,6 +256,11 @@ class TestServer:
         self._thread.start()
         wait_for(lambda: self._server.started, "the server")
         self._pages: list[Page] = []
+
+    def _host(self, order: Order, refill: bool) -> None:
+        host = Host(order, refill)
+        self.recorder = host.recorder
+        threading.Thread(target=host.run, name="recorder-host", daemon=True).start()
 
     def page(self) -> Page:
         """A browser that is not signed in yet."""

@@ -12,7 +12,6 @@ from server.campaign import trace
 from server.campaign.processes import PAUSE, held
 from server.campaign.scene import Scene
 from server.campaign.waiting import Seen, require, wait
-from server.recorder import folder
 
 ROOM = 300_000
 """What a recording may still write when the disk is called full [bytes]."""
@@ -35,7 +34,7 @@ def _listed(scene: Scene) -> list[dict[str, Any]]:
 
 
 def recorder_killed(scene: Scene) -> Seen:
-    """Its thread ends with the server, and so does the process that writes, in the middle of the file."""
+    """The recorder goes on by itself, and the next server finds it."""
     scene.track()
     id = recording(scene)
     time.sleep(1.0)
@@ -43,20 +42,14 @@ def recorder_killed(scene: Scene) -> Seen:
     os.kill(scene.server_process, signal.SIGKILL)
     observed, took = held(scene, start)
     scene.operator.reconnect()
-
-    def second() -> dict[str, Any] | None:
-        return next((one for one in _listed(scene) if one["part_of"] == id), None)
-
-    wait(second, 30.0, "the second part")
     scene.stays_calm()
+    wait(lambda: scene.operator.status["recording"]["recording"], 30.0, "the recording at the next server")
     done = scene.operator.ask("DELETE", "/api/recordings/current")
-    require(done["gaps"] == 0 and not done["holes"], f"{done['gaps']} ticks are missing in the second part")
-    first = wait(
-        lambda: next((one for one in _listed(scene) if one["id"] == id and one["rows"]), None), 30.0, "the first"
-    )
-    require(not first["problem"], f"the first part: {first['problem']}")
+    require(done["id"] == id and not done["part_of"], f"it was cut: {done['id']} goes on after {id}")
+    require(done["gaps"] == 0 and not done["holes"], f"{done['gaps']} ticks are missing")
+    require(done["complete"] and not done["problem"], f"its end: {done['problem']}")
     scene.acts_again()
-    return Seen(f"{observed}; {first['rows']} rows mended, {done['rows']} in the second part, none missing", took)
+    return Seen(f"{observed}; {done['rows']} rows in one recording, none missing", took)
 
 
 def writer_killed(scene: Scene) -> Seen:
@@ -65,7 +58,7 @@ def writer_killed(scene: Scene) -> Seen:
     id = recording(scene)
     time.sleep(1.0)
     start = time.monotonic_ns()
-    os.kill(scene.work_process(folder.WRITING), signal.SIGKILL)
+    os.kill(scene.recorder_process, signal.SIGKILL)
     wait(lambda: next((one for one in _listed(scene) if one["part_of"] == id), None), 30.0, "the second part")
     rows = scene.since(start)
     require((rows["mode"] == Mode.TRACK).all(), f"left TRACK for {trace.told(rows[-1])}")
@@ -98,14 +91,14 @@ def recorder_stopped(scene: Scene) -> Seen:
 def disk_full(scene: Scene) -> Seen:
     """Only the files of the process that writes are limited; the rig writes none."""
     scene.track()
-    id, process = recording(scene), scene.work_process(folder.WRITING)
+    id, process = recording(scene), scene.recorder_process
     mark, size = len(scene.operator.log), Path(scene.folder, "recordings", f"{id}.rrd").stat().st_size
     start = time.monotonic_ns()
     resource.prlimit(process, resource.RLIMIT_FSIZE, (size + ROOM, resource.RLIM_INFINITY))
     try:
         line = scene.operator.sees("ended by itself", mark, 20.0)
         took = (time.monotonic_ns() - start) * 1e-6
-        require(scene.work_process(folder.WRITING) == process, "the process that writes was started again")
+        require(scene.recorder_process == process, "the process that writes was started again")
         rows = scene.since(start)
         require((rows["mode"] == Mode.TRACK).all(), f"the rig did not go on: {trace.told(rows[-1])}")
     finally:
@@ -129,7 +122,7 @@ def clock_back(scene: Scene) -> Seen:
 def _step(scene: Scene, seconds: float) -> Seen:
     scene.track()
     start = time.monotonic_ns()
-    for process in (scene.server_process, scene.rig_process):
+    for process in (scene.server_process, scene.recorder_process, scene.rig_process):
         scene.break_inside(process, step_clock=seconds)
         time.sleep(0.5)
     time.sleep(WATCHED)
@@ -140,7 +133,7 @@ def _step(scene: Scene, seconds: float) -> Seen:
     scene.until(start, (Mode.E_STOP,), 2.0)
     scene.stays_calm()
     scene.acts_again()
-    for process in (scene.server_process, scene.rig_process):
+    for process in (scene.server_process, scene.recorder_process, scene.rig_process):
         scene.break_inside(process, step_clock=-seconds)
         time.sleep(0.5)
     return Seen("TRACK went on, E-STOP worked", trace.longest_gap_ms(rows))

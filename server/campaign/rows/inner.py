@@ -54,7 +54,7 @@ def disk_hung(scene: Scene) -> Seen:
     recording(scene)
     mark, start = len(scene.operator.log), time.monotonic_ns()
     calls = ["recordings.write.session:Session.write", "server.log.event_file:EventFile.append"]
-    scene.break_inside(scene.server_process, calls=calls, how="hang", seconds=HANGING)
+    scene.break_inside(scene.server_process, scene.recorder_process, calls=calls, how="hang", seconds=HANGING)
     line = scene.operator.sees("ended by itself: the disk has taken nothing", mark, HANGING)
     took = (time.monotonic_ns() - start) * 1e-6
     rows = scene.since(start)

@@ -4,19 +4,21 @@ import os
 import shutil
 import signal
 import time
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from controller.link import RigClient
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
 from recordings.format.messages import Recording
 from recordings.read.reader import read_rows
 from server.recorder import automatic
-from server.rig.client import Rig
-from tests.server.live_server import WRITER, Live, Page, RigProcess, TestServer, taken, wait_for
+from tests.server.live_server import Live, Page, RigProcess, TestServer, free_environment, taken, wait_for
 from tests.server.runs.test_runs import armed, ring, wait_run
 
 pytestmark = pytest.mark.process
@@ -28,6 +30,20 @@ ROW = record_dtype(Telemetry)
 def shorter(monkeypatch: pytest.MonkeyPatch) -> None:
     """What follows a fault is recorded for 4 s, not for 10."""
     monkeypatch.setattr(automatic, "AFTER", 4.0)
+
+
+@pytest.fixture
+def server(shared_rig: RigProcess, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[TestServer]:
+    """Its recorder is a process where a test kills that."""
+    free_environment()
+    found = TestServer(tmp_path, shared_rig.endpoint, apart="recorder_apart" in request.fixturenames)
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def recorder_apart() -> None:
+    """See `server`."""
 
 
 def test_a_run_is_recorded_from_before_its_approach_to_its_end(server: TestServer) -> None:
@@ -125,11 +141,12 @@ def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
     assert (np.diff(np.concatenate(parts)) == 1).all()
 
 
+@pytest.mark.usefixtures("recorder_apart")
 def test_a_recording_of_a_killed_writer_goes_on_without_a_missing_tick(server: TestServer) -> None:
     page, store = server.operator(), server.services.folder.store
     id = page.post("/api/recordings", json={"name": "two writers", "profile": "full"}).json()["id"]
     wait_for(lambda: page.get("/api/recordings").json()[0]["rows"] > 500, "rows")
-    kill_writer()
+    kill_recorder(server)
     wait_for(lambda: len(store.list()) == 2 and server.services.recorder.state().recording, "the second part")
     server.services.recorder.stop()  # on a busy machine all that took longer than a lease
     parts = sorted(store.list(), key=lambda part: part.started)
@@ -143,11 +160,12 @@ def test_a_recording_of_a_killed_writer_goes_on_without_a_missing_tick(server: T
     assert any(f"goes on after {id}" in line for line in log), log
 
 
+@pytest.mark.usefixtures("recorder_apart")
 def test_a_run_whose_writer_is_killed_is_recorded_to_its_end_and_no_longer(server: TestServer) -> None:
     with armed(server) as (page, live):
         taken(page.run(json=ring(6.0)))
         wait_for(lambda: server.services.recorder.state().rows > 500, "rows")
-        kill_writer()
+        kill_recorder(server)
         wait_run(live, lambda state: state["state"] == "done")
         wait_for(lambda: not server.services.recorder.state().recording and two(page)[0].complete, "the end")
     last, first = two(page)
@@ -156,11 +174,12 @@ def test_a_run_whose_writer_is_killed_is_recorded_to_its_end_and_no_longer(serve
     assert mode[0] != Mode.TRACK and (mode == Mode.TRACK).sum() >= 6000 and mode[-1] == Mode.HOLD
 
 
+@pytest.mark.usefixtures("recorder_apart")
 def test_a_recording_whose_writer_is_killed_as_it_ends_keeps_its_end(server: TestServer) -> None:
     page = server.operator()
     taken(page.post("/api/recordings", json={"name": "short"}))
     wait_for(lambda: server.services.recorder.state().rows > 500, "rows")
-    kill_writer()
+    kill_recorder(server)
     refused = page.delete("/api/recordings/current")
     asked = server.services.rig.newest
     assert refused.status_code == 409 and "was killed" in refused.json()["detail"]
@@ -170,15 +189,14 @@ def test_a_recording_whose_writer_is_killed_as_it_ends_keeps_its_end(server: Tes
 
 
 def test_ticks_that_the_ring_lost_do_not_hide_those_that_it_holds() -> None:
-    rig, held = Rig.__new__(Rig), np.zeros(9000, ROW)
+    link, held = RigClient.__new__(RigClient), np.zeros(9000, ROW)
     held["tick"] = np.arange(50_000, 59_000)
 
-    class Link:
-        def replay(self, first: int, count: int) -> Any:
-            return held[(held["tick"] >= first) & (held["tick"] < first + count)]
+    def replay(first: int, count: int) -> Any:
+        return held[(held["tick"] >= first) & (held["tick"] < first + count)]
 
-    rig._link = cast(Any, Link())
-    assert rig.replay(1000, 58_500)["tick"].tolist() == [*range(50_000, 58_500)]
+    link.replay = replay  # type: ignore[method-assign]
+    assert link.replay_all(1000, 58_500)["tick"].tolist() == [*range(50_000, 58_500)]
 
 
 def stop(server: TestServer, page: Page, live: Live) -> None:
@@ -197,8 +215,8 @@ def stops(server: TestServer, found: Recording) -> list[int]:
     return [int(row) for row in first]
 
 
-def kill_writer() -> None:
-    os.kill(cast(int, WRITER.pid), signal.SIGKILL)
+def kill_recorder(server: TestServer) -> None:
+    os.kill(server.services.recorder.pid, signal.SIGKILL)
 
 
 def two(page: Page) -> list[Recording]:

@@ -81,7 +81,7 @@ def test_the_export_leaves_nothing_behind(
 @pytest.fixture
 def running(server: TestServer) -> Iterator[str]:
     """Id of a recording that the server's own recorder is writing, with 6500 rows at first and more all the time."""
-    recorder, ended = server.services.recorder, threading.Event()
+    recorder, ended = server.recorder, threading.Event()
     id = recorder.start("running", rig_info(), Settings()).id
 
     def write() -> None:

@@ -14,7 +14,7 @@ import pytest
 from controller.errors import KeyRefused
 from controller.realtime.ring import remove_rings
 from controller.system.keys import made_key, mended_key, read_key
-from server.recorder import folder
+from server.recorder import client, folder
 from server.rig import planner
 from server.settings import ServerSettings
 from server.supervise.ready import UpReady
@@ -147,7 +147,7 @@ def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_i
         id = taken(page.post("/api/recordings", json={})).json()["id"]
         wait_for(lambda: page.get("/api/recordings").json()[0]["rows"], "rows")
         assert page.get(f"/api/recordings/{id}/quick").json()["rows"]
-    (writing,) = children_of(server(product), folder.WRITING)
+    (writing,) = children_of(server(product), client.WRITING)
     assert "rerun_bindings" in libraries(writing)
     assert not {"rerun_bindings", "libarrow"} & libraries(server(product))
 
