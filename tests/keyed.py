@@ -21,6 +21,8 @@ PASSED = ROOT / "tests" / "passed.json"
 ALWAYS = ".ci/requirements.lock"
 """An input of every test."""
 IMPORT = re.compile(r"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|.+)|import ([\w.]+))", re.MULTILINE)
+STARTED = re.compile(r"""["']((?:controller|recordings|server|tests)(?:\.\w+)+)["']""")
+"""What is imported or started by its name in a text (`-m`)."""
 PACKAGES = ("controller", "recordings", "server")
 DISPATCHES = "server/cli/main.py"
 """Imports in its functions begin each command of the product: a test that gives one names what that command imports."""
@@ -29,12 +31,12 @@ UNCHANGED = "passed with the same inputs (tests/passed.json); make test-long run
 
 @cache
 def imported(file: Path) -> frozenset[Path]:
-    """Files of ours that `file` names in its imports, those inside its functions too."""
+    """Files of ours that `file` names in its imports, those inside its functions too, and modules that it starts."""
     found: set[Path] = set()
     text = file.read_text()
     if file == ROOT / DISPATCHES:
         text = re.sub(r"^[ \t].*", "", text, flags=re.MULTILINE)
-    for package, names, module in IMPORT.findall(text):
+    for package, names, module in (*IMPORT.findall(text), *(("", "", one) for one in STARTED.findall(text))):
         whole = package or module
         for one in (whole, *(f"{whole}.{name}" for name in re.findall(r"\w+", names))):
             place = ROOT.joinpath(*one.split("."))

@@ -20,7 +20,8 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "tests/test_it.py": "from controller.ours.near import f\n",
         "controller/ours/__init__.py": "",
         "controller/ours/near.py": "def f():\n    from controller.ours import far\n    return far\n",
-        "controller/ours/far.py": "import json\n",
+        "controller/ours/far.py": "program = ['-m', 'controller.ours.started']\n",
+        "controller/ours/started.py": "",
         "controller/ours/presets/one.toml": "",
         "controller/ours/fit.toml": "",
         "controller/other.py": "",
@@ -44,7 +45,10 @@ def key(tree: Path, *named: str) -> str:
     "changed",
     [
         "tests/test_it.py",
-        *(f"controller/ours/{name}" for name in ("__init__.py", "near.py", "far.py", "presets/one.toml", "fit.toml")),
+        *(
+            f"controller/ours/{name}"
+            for name in ("__init__.py", "near.py", "far.py", "started.py", "presets/one.toml", "fit.toml")
+        ),
         "data/one.csv",
         keyed.ALWAYS,
     ],
