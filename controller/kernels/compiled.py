@@ -9,13 +9,12 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import njit
-from numba.core.types import unliteral as numba_unliteral
 
+from controller.numba_internals import unliteral
 from controller.system.kernel_cache import use
 
 use()
 
-unliteral: Any = numba_unliteral
 
 OPTIONS: dict[str, Any] = {
     "cache": True,

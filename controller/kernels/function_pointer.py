@@ -6,17 +6,8 @@ simulations call the same tick with each kind of plant: in all of them it took t
 
 from typing import Any
 
-from numba import extending as numba_extending
-from numba import typeof as numba_typeof
-from numba import types
-from numba.core import cgutils as numba_cgutils
-from numba.core.errors import TypingError
-
 from controller.kernels.group import known_by_address
-
-cgutils: Any = numba_cgutils
-extending: Any = numba_extending
-typeof: Any = numba_typeof
+from controller.numba_internals import TypingError, cgutils, extending, typeof, types
 
 
 class FunctionPointer:
@@ -32,7 +23,7 @@ class FunctionPointer:
         """numba asks for it at every call of a caller, and its name is long: it is made once."""
 
 
-class FunctionPointerType(types.Type):
+class FunctionPointerType(types.Type):  # type: ignore[misc]
     """Type of a `FunctionPointer` in kernels; who calls it with other types than its own is not compiled."""
 
     def __init__(self, arguments: tuple[types.Type, ...]) -> None:

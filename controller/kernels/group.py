@@ -10,19 +10,9 @@ from functools import cached_property
 from typing import Any, ClassVar, Self, dataclass_transform
 
 import numpy as np
-from llvmlite import ir
-from numba import extending as numba_extending
-from numba import typeof as numba_typeof
-from numba import types
-from numba.core import cgutils as numba_cgutils
-from numba.core.imputils import lower_getattr_generic as numba_lower_getattr_generic
-from numba.core.typing import templates as numba_templates
 
-cgutils: Any = numba_cgutils
-extending: Any = numba_extending
-lower_getattr_generic: Any = numba_lower_getattr_generic
-templates: Any = numba_templates
-typeof: Any = numba_typeof
+from controller.numba_internals import cgutils, extending, ir, lower_getattr_generic, templates, typeof, types
+
 Tuple: Any = types.BaseTuple
 WORD = ir.IntType(64)
 """What kernels know by its address alone has in Python an `address` and its numba type, `kind`."""
@@ -123,7 +113,7 @@ def _address_of(array: np.ndarray) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-class GroupType(types.Type):
+class GroupType(types.Type):  # type: ignore[misc]
     """Type of a group in kernels."""
 
     def __init__(self, name: str, fields: dict[str, Any]) -> None:

@@ -1,14 +1,11 @@
 """The rig's monotonic clock, for compiled code: libc calls that numba can cache (pointers of ctypes cannot be)."""
 
-from typing import Any
-
 import numpy as np
-from numba import types as numba_types
 
 from controller.arrays import Words
+from controller.numba_internals import types
 from controller.realtime.compiled import compiled
 
-types: Any = numba_types
 SECOND = 1_000_000_000
 _MONOTONIC = np.int32(1)
 _ABSOLUTE = np.int32(1)

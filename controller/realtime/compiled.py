@@ -3,19 +3,15 @@
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from numba import njit, types
-from numba.core import cgutils as numba_cgutils
-from numba.extending import intrinsic as numba_intrinsic
-from numba.np import arrayobj as numba_arrayobj
+from numba import njit
 
 from controller.kernels.compiled import for_any_number
+from controller.numba_internals import arrayobj, cgutils, extending, types
 from controller.system.kernel_cache import use
 
 use()
 
-cgutils: Any = numba_cgutils
-arrayobj: Any = numba_arrayobj
-intrinsic: Any = numba_intrinsic
+intrinsic: Any = extending.intrinsic
 F = TypeVar("F", bound=Callable[..., Any])
 
 

@@ -9,11 +9,9 @@ import zlib
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from numba.core import caching as numba_caching
-
+from controller.numba_internals import caching
 from controller.system.whole_file import open_regular
 
-caching: Any = numba_caching
 log = logging.getLogger(__name__)
 
 CHECK_BYTES = 4

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
-from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
 from controller.arrays import Array
 from controller.errors import RecordingError
@@ -19,6 +18,7 @@ from recordings.format.blueprint import APPLICATION, Look, layout
 from recordings.format.chunks import Chunks, numbers, opened, widened
 from recordings.format.lines import style
 from recordings.format.signals import GROUPS, Group
+from recordings.format.tool import release_streams
 from recordings.read.reader import about_of
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def for_rerun(source: Path, target: Path, dark: bool) -> None:
         finally:
             stream.disconnect()
             del stream
-            flush_and_cleanup_orphaned_recordings()
+            release_streams()
 
 
 def _restyle(stream: rr.RecordingStream, actuator: Actuator, dark: bool) -> None:

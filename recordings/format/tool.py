@@ -1,4 +1,6 @@
-"""rerun's own command-line program, run quietly: no analytics, nothing written into the user's home."""
+"""What we use of rerun that it does not promise to keep (`pyproject.toml` pins its version): its own command-line
+program, run quietly: no analytics, nothing written into the user's home; and the end of a stream's memory.
+"""
 
 import os
 import shutil
@@ -14,6 +16,13 @@ from controller.errors import RecordingError
 
 PROGRAM = Path(rerun_cli.__file__).with_name("rerun")
 """Itself: `python -m rerun_cli` starts it as a child, which would outlive its parent."""
+
+
+def release_streams() -> None:
+    """Free what rerun keeps of streams that nothing refers to any more: 1 MB each."""
+    from rerun_bindings import flush_and_cleanup_orphaned_recordings  # not for a process that only runs the program
+
+    flush_and_cleanup_orphaned_recordings()
 
 
 def run(*arguments: str, timeout: float) -> None:

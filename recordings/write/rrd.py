@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import rerun as rr
-from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
 from controller.arrays import Array, Mask, Rows
 from controller.errors import RecordingError
@@ -25,6 +24,7 @@ from recordings.format.lines import style
 from recordings.format.messages import Level
 from recordings.format.profiles import TICKS, rounded
 from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, MODE_COLORS, Group, rgba
+from recordings.format.tool import release_streams
 from recordings.write.syncing import ABANDON_TIMEOUT
 
 FLUSH_TIMEOUT = 5.0
@@ -91,7 +91,7 @@ class RrdFile:
         """Write the footer and close the file; no other call may follow. rerun keeps 1 MB of it until it is told so."""
         self._stream.disconnect()
         del self._stream
-        flush_and_cleanup_orphaned_recordings()
+        release_streams()
         give_back()
 
     def abandon(self) -> None:

@@ -61,7 +61,7 @@ def kept() -> int:
 
 
 def _folder_of(source: Path) -> str:
-    from numba.core import caching
+    from controller.numba_internals import caching
 
     named: Any = caching._CacheLocator
     return str(named.get_suitable_cache_subpath(str(source)))
