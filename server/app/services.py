@@ -268,7 +268,7 @@ def open_services(
     every(NEWS_S, "the news of the status", hub.announce, FRAME_APART_S)
     for kind in (BootChanged, TroubleChanged, LeaseChanged, SettingsChanged, RunEnded):
         bus.subscribe(kind, "the status of what changed", lambda event: scheduler.hasten("the news of the status"))
-    events.listen(lambda line: scheduler.hasten("the news of the status"))
+    events.listen(lambda line: scheduler.soon(lambda: scheduler.hasten("the news of the status")))
     every(IN_FORCE_S, "the access tokens", tokens.look)
     every(RECORDER_S, "the recorder", RecorderWatch(recorder, events).look)
     every(OUTCOME_S, "another actuator", outcomes.look)
