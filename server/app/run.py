@@ -14,7 +14,7 @@ from controller.system.logs import log_in_background
 from controller.system.loop_watchdog import end_process
 from controller.system.memory import few_arenas, forget_start
 from server.app.app import create_app
-from server.app.services import open_services
+from server.app.services import Services
 from server.app.shutdown import Server, come_to_rest
 from server.http.connections import Connection, Socket
 from server.http.tls import require_certificate
@@ -50,7 +50,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
             settings.host,
         )
     listening = listen(settings.host, settings.port)
-    services = open_services(settings, end_process)
+    services = Services(settings, end_process)
     services.history.claim()
     url = address(settings, listening)
     log.info("serving on %s", url, extra={"url": url})

@@ -1,12 +1,11 @@
 """What the server is made of, put together once. Every route and socket asks for the parts that it needs, by class."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from pathlib import Path
 
 from controller.system.event_bus import EventBus
 from controller.system.keys import read_key
 from controller.system.scheduler import Scheduler
-from controller.system.thread import SupervisedThread
 from recordings.format.annotations import LogLine
 from recordings.live.channel import Order
 from recordings.store.store import Store, default_folder
@@ -14,7 +13,7 @@ from server.access.lease import OperatorLease
 from server.access.permit import Permits
 from server.access.sessions import Sessions
 from server.access.token_watch import IN_FORCE_S, TokenWatch
-from server.access.tokens import Secrets, TokenFile
+from server.access.tokens import TokenFile
 from server.access.user_files import UserFiles
 from server.commissioning.commissioning import Commissioning
 from server.commissioning.motion import Through
@@ -75,258 +74,199 @@ from server.scene.scene import Scene
 from server.settings import ServerSettings
 
 
-@dataclass(frozen=True)
 class Services:
-    """The parts. `open_services` makes them, `close` ends them."""
+    """The parts, each made once from what it needs, in the order of what they need: a room at a time.
 
-    settings: ServerSettings
-    secrets: Secrets
-    sessions: Sessions
-    tokens: TokenWatch
-    audit: Audit
-    events: EventLog
-    rates: Rates
-    refused: RefusedCounts
-    lease: OperatorLease
-    permits: Permits
-    history: History
-    loop: LoopWatch
-    rig: Rig
-    planner: Planner
-    operator: Operator
-    kept: KeptSettings
-    hands: Hands
-    pages: Pages[Viewer]
-    people: PeopleHere
-    folder: RecordingsFolder
-    exports: Exports
-    reader: Reader
-    recorder: RecorderClient
-    review: Review
-    automatic: Automatic
-    by_hand: RecordingByHand
-    drawings: Drawings
-    previews: Previews
-    results: Results
-    runs: Runs
-    procedures: Procedures
-    macros: Macros
-    macro_store: MacroStore
-    plots: Plots
-    layouts: Layouts
-    alarms: Alarms
-    outcomes: OutcomeWatch
-    modes: FirstModes
-    first_mode: FirstModeMeasurement
-    commissioning: Commissioning
-    scene: Scene
-    scheduler: Scheduler
-    monitor: HealthMonitor
-    view: StatusView
-    hub: Hub
-    bus: EventBus
-    webhook: Webhook | None
+    A part that has a thread of its own works from here on; `close` ends them.
+    """
+
+    def __init__(
+        self,
+        settings: ServerSettings,
+        deadly: Callable[[], None] | None = None,
+        planner: Planner | None = None,
+        reader: Reader | None = None,
+        launch_recorder: Callable[[Order, bool], None] = launch,
+    ) -> None:
+        """Connect to the rig and start all. `deadly` is called where the event loop does not turn any more; `planner`
+        and `reader` are used instead of such of its own, and `launch_recorder` starts a recorder where there is none.
+        """
+        self.settings = settings
+        self.planner, self.reader = planner or Planner(), reader or Reader()
+        self.scheduler = Scheduler(deadly)
+        self.bus = EventBus(self.scheduler)
+        self._log_and_access()
+        self._rig(launch_recorder)
+        self._people()
+        self._recordings()
+        self._runs()
+        self._rig_made_known()
+        self._health_and_news()
+        self._begin()
 
     def by_class(self) -> dict[type, object]:
         """Every part by its class."""
-        parts = [getattr(self, field.name) for field in fields(self)]
-        return {type(part): part for part in parts}
+        return {type(part): part for part in vars(self).values()}
 
     def close(self) -> None:
         """End plans, commands and link, then run and recording (which have then seen every row), then the 3D view."""
-        self.tokens.stop()
-        self.planner.stop()
-        self.reader.stop()
-        self.operator.close()
-        self.rig.close()
-        self.procedures.close()
-        self.runs.close()
-        self.results.close()
-        self.recorder.close()
-        self.scene.close()
+        for end in (self.tokens.stop, self.planner.stop, self.reader.stop):
+            end()
+        for part in (self.operator, self.rig, self.procedures, self.runs, self.results, self.recorder):
+            part.close()
+        for last in (self.scene, self.webhook, self.events.writer, self.audit.writer, self.folder, self.exports):
+            if last is not None:
+                last.close()
+
+    def _log_and_access(self) -> None:
+        file = TokenFile(self.settings)
+        self.secrets = file.made()
+        self.sessions = Sessions(self.secrets, self.settings.rig)
+        self.lease = OperatorLease(self.scheduler.watchdog.listened)
+        self.events = EventLog(EventFile(self._state("events", "jsonl"), Event))
+        if self.settings.log_format == "json":
+            self.events.listen(to_log)
+        self.scheduler.tell = lambda text: self.events.add(text, "error")
+        self.tokens = TokenWatch(file, self.sessions, self.secrets, self.lease, self.events)
+        audited = EventFile(self._state("audit", "jsonl"), AuditEntry, LARGEST)
+        self.audit = Audit(audited, lambda problem: self.events.add(problem, "error"))
+        self.rates, self.refused = Rates(self.settings.rate_factor), RefusedCounts()
+
+    def _rig(self, launch_recorder: Callable[[Order, bool], None]) -> None:
+        settings = self.settings
+        self.store = Store(settings.recordings or default_folder())
+        self.review, self.loop, self.history = Review(self.store, self.reader), LoopWatch(), History()
+        self.history.listen(self.loop.add)
+        self.rig = Rig(settings, self.history)
+        order = Order(
+            settings.rig,
+            settings.endpoint,
+            self.store.folder,
+            settings.recording_split,
+            settings.disk_patience,
+            settings.link_tls,
+            read_key(settings.key),
+        )
+        ended = self.review.stopped
+        self.recorder = RecorderClient(order, self.rig.seen, lambda done: ended(done.id), launch_recorder)
+        self.events.listen(lambda event: self.recorder.annotate(LogLine(event.text, event.level)))
+        self.permits = Permits(self.lease, self.sessions, self.rig.operator_timeout)
+        self.kept = KeptSettings(self._state("settings"), self.events, lambda: self.rig.info)
+
+    def _people(self) -> None:
+        rig, lease, history, events = self.rig, self.lease, self.history, self.events
+        stopper = Stopper(rig.stop, lambda: rig.met)
+        self.operator = Operator(rig.send, rig.boot, lambda: history.newest, self.kept.read(), stopper)
+        history.listen(lambda rows: self.operator.acknowledgements.look())
+        self.hands = Hands(lease, self.permits, self.operator, history, events)
+        self.pages: Pages[Viewer] = Pages(lease, self.settings.viewers_max)
+        events.listen(self.pages.tell)
+        self.people = PeopleHere(self.pages.present, lease, self.operator, self.permits, events)
+
+    def _recordings(self) -> None:
+        settings, rig, operator, events = self.settings, self.rig, self.operator, self.events
+        self.automatic = Automatic(
+            self.recorder,
+            rig,
+            self.review,
+            events,
+            lambda: operator.settings,
+            lambda: settings.record_faults,
+            self.scheduler,
+        )
+        self.folder, self.exports = RecordingsFolder(self.store, self.reader), Exports(self.scheduler)
+        self.by_hand = RecordingByHand(self.recorder, self.folder, self.review, rig, operator, events, self.scheduler)
+
+    def _runs(self) -> None:
+        rig, operator, events, state = self.rig, self.operator, self.events, self.settings.state
+        self.results = Results(self._state("runs"), self.bus.publish)
+        self.runs = Runs(Tracker(rig, operator), self.planner, self.automatic, events, self.results)
+        self.history.listen(self.runs.inbox.put)
+        self.previews, self.drawings = Previews(self.planner), Drawings(state / "drawings")
+        gains = GainPresets(state / "gains.json")
+        acts = Acts(rig, operator, self.kept, self.runs, self.by_hand, self.drawings, gains.changes)
+        self.macros = Macros(acts, rig, operator, events)
+        self.macro_store = MacroStore(UserFiles(state / "macros", "the macro"))
+        self.scene = Scene(lambda: self.history.newest, rig.actuator, self.settings.light_scene)
+        self.plots, self.layouts = Plots(self.history), Layouts(UserFiles(state / "layouts", "the layout"))
+
+    def _rig_made_known(self) -> None:
+        """First mode, another actuator, commissioning."""
+        settings, rig, history, operator, kept = self.settings, self.rig, self.history, self.operator, self.kept
+        self.procedures = Procedures(Context(rig, history, operator, kept, self.events))
+        self.outcomes = OutcomeWatch(settings, self.events)
+        self.modes = FirstModes(modes_file(settings.state, settings.rig))
+        self.first_mode = FirstModeMeasurement(Parts(self.procedures, self.planner, self.modes))
+        change = Change(rig, self.outcomes, self.recorder, operator, self.events, settings)
+        data = data_folder(settings.state, settings.rig)
+        self.commissioning = Commissioning(
+            Through(rig, history, operator, kept, self.planner, rig.drivers, data, self.modes),
+            CommissioningStore(commissioning_file(settings.state, settings.rig)),
+            CommissionedFile(RigFileKeeper(self.planner, change)),
+            self.events,
+        )
+
+    def _health_and_news(self) -> None:
+        rig, operator, events = self.rig, self.operator, self.events
+        hook = self.settings.webhook
+        self.webhook = Webhook(hook.get_secret_value()) if hook else None
+        self.detector = ChangeDetector(rig, self.lease, operator, self.bus)
+        self.history.listen(self.detector.rows)
+        Reactions(rig, operator, events, self.bus)
+        self.alarms = Alarms(UserFiles(self.settings.state / "alarms", "the limits"))
+        parts = (rig, operator, operator.stopper, self.recorder, self.review, self.scene, self.tokens)
+        maybe = (self.webhook, events.writer, self.audit.writer)
+        threads = [part.worker for part in (*parts, *maybe) if part is not None]
+        self.monitor = HealthMonitor([self.recorder, *threads], self.scheduler, events)
+        doing = (self.recorder, self.runs, self.macros, self.outcomes, self.first_mode)
+        self.view = StatusView(rig, self.lease, self.people, self.pages, operator, *doing, lambda: self.monitor.trouble)
+        self.hub = Hub(self.history, self.pages, self.lease, self.view, self.scheduler.guard)
+
+    def _begin(self) -> None:
+        """What is called again and again, and what is heard."""
+        scheduler, events, every = self.scheduler, self.events, self.scheduler.every
+        with_rows = {
+            "the run": self.runs.look,
+            "the macro": self.macros.look,
+            "procedures": self.procedures.look,
+            "the commissioning": self.commissioning.look,
+            "automatic recordings": self.automatic.look,
+            "the live sockets": self.hub.frame,  # last: pages are told of what came of these
+        }
+        for name, call in with_rows.items():
+            every(FRAME_S, name, call, FRAME_APART_S)
+        self.history.listen(lambda rows: scheduler.soon(lambda: scheduler.hasten(*with_rows)))
+        every(NEWS_S, "rig, lease and settings", self.detector.look)
+        every(NEWS_S, "the news of the status", self.hub.announce, FRAME_APART_S)
+        for kind in (BootChanged, TroubleChanged, LeaseChanged, SettingsChanged, RunEnded):
+            told = "the status of what changed"
+            self.bus.subscribe(kind, told, lambda event: scheduler.hasten("the news of the status"))
+        events.listen(lambda line: scheduler.soon(lambda: scheduler.hasten("the news of the status")))
+        every(IN_FORCE_S, "the access tokens", self.tokens.look)
+        every(RECORDER_S, "the recorder", RecorderWatch(self.recorder, events).look)
+        every(OUTCOME_S, "another actuator", self.outcomes.look)
+        every(HEALTH_S, "the server's own health", self.monitor.check)
+        every(JUDGED_S, "the alarms", self._alarm_watch().judge)
+        every(FILE_NEWS_S, "the event log", events.look)
+        every(FILE_NEWS_S, "the audit log", self.audit.look)
         if self.webhook is not None:
-            self.webhook.close()
-        for writer in (self.events.writer, self.audit.writer):
-            if writer is not None:
-                writer.close()
-        self.folder.close()
-        self.exports.close()
+            every(FILE_NEWS_S, "the notices", Notices(self.settings.rig, self.webhook, events, self.bus).look)
+        every(EXPORTS_S, "exports that are fetched too late", self.exports.look)
+        quota = QuotaWatch(self.store, self.settings.recordings_quota, events, scheduler)
+        every(QUOTA_S, "the recordings' size", quota.look)
+        self.tokens.start()
 
+    def _alarm_watch(self) -> AlarmWatch:
+        rig, history = self.rig, self.history
+        return AlarmWatch(
+            lambda: history.newest[0] if history.newest is not None and rig.boot() is not None else None,
+            Largest(history, "server_age").take,
+            self.loop.lateness_p99,
+            lambda: self.pages.round_trip,
+            lambda: self.alarms.known(self.lease.holder),
+            self.events,
+        )
 
-def open_services(
-    settings: ServerSettings,
-    deadly: Callable[[], None] | None = None,
-    planner: Planner | None = None,
-    reader: Reader | None = None,
-    launch_recorder: Callable[[Order, bool], None] = launch,
-) -> Services:
-    """Connect to the rig and start everything that has a thread of its own. `deadly` is called where the event loop
-    does not turn any more; `planner` and `reader` are used instead of such of its own, and `launch_recorder` starts a
-    recorder where there is none.
-    """
-    planner, reader = planner or Planner(), reader or Reader()
-    file = TokenFile(settings)
-    secrets = file.made()
-    scheduler = Scheduler(deadly)
-    bus = EventBus(scheduler)
-    sessions, lease = Sessions(secrets, settings.rig), OperatorLease(scheduler.watchdog.listened)
-    events = EventLog(EventFile(settings.state / f"events-{settings.rig}.jsonl", Event))
-    if settings.log_format == "json":
-        events.listen(to_log)
-    scheduler.tell = lambda text: events.add(text, "error")
-    tokens = TokenWatch(file, sessions, secrets, lease, events)
-    audited = EventFile(settings.state / f"audit-{settings.rig}.jsonl", AuditEntry, LARGEST)
-    audit = Audit(audited, lambda problem: events.add(problem, "error"))
-
-    store = Store(settings.recordings or default_folder())
-    review, loop, history = Review(store, reader), LoopWatch(), History()
-    history.listen(loop.add)
-    rig = Rig(settings, history)
-    order = Order(
-        settings.rig,
-        settings.endpoint,
-        store.folder,
-        settings.recording_split,
-        settings.disk_patience,
-        settings.link_tls,
-        read_key(settings.key),
-    )
-    recorder = RecorderClient(order, rig.seen, lambda done: review.stopped(done.id), launch_recorder)
-    events.listen(lambda event: recorder.annotate(LogLine(event.text, event.level)))
-    permits = Permits(lease, sessions, rig.operator_timeout)
-    kept = KeptSettings(settings.state / f"settings-{settings.rig}.json", events, lambda: rig.info)
-    stopper = Stopper(rig.stop, lambda: rig.met)
-    operator = Operator(rig.send, rig.boot, lambda: history.newest, kept.read(), stopper)
-    history.listen(lambda rows: operator.acknowledgements.look())
-    hands = Hands(lease, permits, operator, history, events)
-    pages: Pages[Viewer] = Pages(lease, settings.viewers_max)
-    events.listen(pages.tell)
-    people = PeopleHere(pages.present, lease, operator, permits, events)
-
-    automatic = Automatic(
-        recorder, rig, review, events, lambda: operator.settings, lambda: settings.record_faults, scheduler
-    )
-    results = Results(settings.state / f"runs-{settings.rig}.json", bus.publish)
-    runs = Runs(Tracker(rig, operator), planner, automatic, events, results)
-    history.listen(runs.inbox.put)
-    folder, exports, drawings = (
-        RecordingsFolder(store, reader),
-        Exports(scheduler),
-        Drawings(settings.state / "drawings"),
-    )
-    by_hand = RecordingByHand(recorder, folder, review, rig, operator, events, scheduler)
-    gains = GainPresets(settings.state / "gains.json")
-    procedures = Procedures(Context(rig, history, operator, kept, events))
-    macros = Macros(Acts(rig, operator, kept, runs, by_hand, drawings, gains.changes), rig, operator, events)
-    scene = Scene(lambda: history.newest, rig.actuator, settings.light_scene)
-    alarms = Alarms(UserFiles(settings.state / "alarms", "the limits"))
-    alarm_watch = AlarmWatch(
-        lambda: history.newest[0] if history.newest is not None and rig.boot() is not None else None,
-        Largest(history, "server_age").take,
-        loop.lateness_p99,
-        lambda: pages.round_trip,
-        lambda: alarms.known(lease.holder),
-        events,
-    )
-    outcomes = OutcomeWatch(settings, events)
-    modes = FirstModes(modes_file(settings.state, settings.rig))
-    first_mode = FirstModeMeasurement(Parts(procedures, planner, modes))
-    change = Change(rig, outcomes, recorder, operator, events, settings)
-    rig_file = RigFileKeeper(planner, change)
-    commissioning = Commissioning(
-        Through(rig, history, operator, kept, planner, rig.drivers, data_folder(settings.state, settings.rig), modes),
-        CommissioningStore(commissioning_file(settings.state, settings.rig)),
-        CommissionedFile(rig_file),
-        events,
-    )
-    webhook = Webhook(settings.webhook.get_secret_value()) if settings.webhook else None
-    detector = ChangeDetector(rig, lease, operator, bus)
-    history.listen(detector.rows)
-    Reactions(rig, operator, events, bus)
-
-    parts = (rig, operator, stopper, recorder, review, scene, tokens)
-    workers: list[SupervisedThread | RecorderClient] = [recorder, *(part.worker for part in parts)]
-    workers += [webhook.worker] if webhook else []
-    workers += [writer.worker for writer in (events.writer, audit.writer) if writer is not None]
-    monitor = HealthMonitor(workers, scheduler, events)
-    doing = (recorder, runs, macros, outcomes, first_mode)
-    view = StatusView(rig, lease, people, pages, operator, *doing, lambda: monitor.trouble)
-    hub = Hub(history, pages, lease, view, scheduler.guard)
-    every, listen = scheduler.every, history.listen
-    with_rows = {
-        "the run": runs.look,
-        "the macro": macros.look,
-        "procedures": procedures.look,
-        "the commissioning": commissioning.look,
-        "automatic recordings": automatic.look,
-        "the live sockets": hub.frame,  # last: pages are told of what came of these
-    }
-    for name, call in with_rows.items():
-        every(FRAME_S, name, call, FRAME_APART_S)
-    listen(lambda rows: scheduler.soon(lambda: scheduler.hasten(*with_rows)))
-    every(NEWS_S, "rig, lease and settings", detector.look)
-    every(NEWS_S, "the news of the status", hub.announce, FRAME_APART_S)
-    for kind in (BootChanged, TroubleChanged, LeaseChanged, SettingsChanged, RunEnded):
-        bus.subscribe(kind, "the status of what changed", lambda event: scheduler.hasten("the news of the status"))
-    events.listen(lambda line: scheduler.soon(lambda: scheduler.hasten("the news of the status")))
-    every(IN_FORCE_S, "the access tokens", tokens.look)
-    every(RECORDER_S, "the recorder", RecorderWatch(recorder, events).look)
-    every(OUTCOME_S, "another actuator", outcomes.look)
-    every(HEALTH_S, "the server's own health", monitor.check)
-    every(JUDGED_S, "the alarms", alarm_watch.judge)
-    every(FILE_NEWS_S, "the event log", events.look)
-    every(FILE_NEWS_S, "the audit log", audit.look)
-    if webhook is not None:
-        every(FILE_NEWS_S, "the notices", Notices(settings.rig, webhook, events, bus).look)
-    every(EXPORTS_S, "exports that are fetched too late", exports.look)
-    every(QUOTA_S, "the recordings' size", QuotaWatch(store, settings.recordings_quota, events, scheduler).look)
-    tokens.start()
-    return Services(
-        settings=settings,
-        secrets=secrets,
-        sessions=sessions,
-        tokens=tokens,
-        audit=audit,
-        events=events,
-        rates=Rates(settings.rate_factor),
-        refused=RefusedCounts(),
-        lease=lease,
-        permits=permits,
-        history=history,
-        loop=loop,
-        rig=rig,
-        planner=planner,
-        operator=operator,
-        kept=kept,
-        hands=hands,
-        pages=pages,
-        people=people,
-        folder=folder,
-        exports=exports,
-        reader=reader,
-        recorder=recorder,
-        review=review,
-        automatic=automatic,
-        by_hand=by_hand,
-        drawings=drawings,
-        previews=Previews(planner),
-        results=results,
-        runs=runs,
-        procedures=procedures,
-        macros=macros,
-        macro_store=MacroStore(UserFiles(settings.state / "macros", "the macro")),
-        plots=Plots(history),
-        layouts=Layouts(UserFiles(settings.state / "layouts", "the layout")),
-        alarms=alarms,
-        outcomes=outcomes,
-        modes=modes,
-        first_mode=first_mode,
-        commissioning=commissioning,
-        scene=scene,
-        scheduler=scheduler,
-        monitor=monitor,
-        view=view,
-        hub=hub,
-        bus=bus,
-        webhook=webhook,
-    )
+    def _state(self, name: str, suffix: str = "json") -> Path:
+        """The file of this rig that keeps `name`."""
+        return self.settings.state / f"{name}-{self.settings.rig}.{suffix}"

@@ -28,7 +28,7 @@ from recordings.live.host import Host
 from recordings.write.writer import Recorder
 from server.app.app import create_app
 from server.app.run import address, listen, uvicorn_server
-from server.app.services import Services, open_services
+from server.app.services import Services
 from server.recorder.client import launch
 from server.recorder.folder import Reader
 from server.rig.planner import Planner
@@ -245,7 +245,7 @@ class TestServer:
             record_faults=False,  # every operator begins with an E-STOP
             **more,
         )
-        self.services: Services = open_services(
+        self.services = Services(
             self.settings, planner=PLANNER, reader=READER, launch_recorder=launch if apart else self._host
         )
         self.app = create_app(self.services)

@@ -10,7 +10,7 @@ from controller.errors import KeyRefused
 from controller.link import version
 from controller.schema.modes import Mode
 from controller.system.keys import made_key
-from server.app.services import open_services
+from server.app.services import Services
 from tests.server.live_server import RigProcess, TestServer, free_environment, key_file, wait_for
 
 pytestmark = pytest.mark.alone
@@ -95,7 +95,7 @@ def test_a_server_without_a_usable_key_does_not_start(server: TestServer, tmp_pa
     path = key_file(tmp_path)
     path.chmod(0o644)
     with pytest.raises(KeyRefused, match="mode 0644"):
-        open_services(server.settings.model_copy(update={"key_file": path}))
+        Services(server.settings.model_copy(update={"key_file": path}))
     done = subprocess.run([TENDRIL, "serve", "--key-file", tmp_path / "no.key"], capture_output=True, text=True)
     assert (done.returncode, len(done.stderr.splitlines())) == (1, 1)
     assert "no.key does not exist: copy it from the rig's machine" in done.stderr
