@@ -34,8 +34,7 @@ def test_no_hint_and_no_extra_fetches_a_strangers_package() -> None:
 
 
 @pytest.mark.parametrize(
-    ("extra", "package"),
-    [("bench", "mujoco"), ("bench", "playwright"), ("engines", "pyelastica"), ("research", "cma")],
+    ("extra", "package"), [("bench", "mujoco"), ("bench", "playwright"), ("engines", "pyelastica")]
 )
 def test_what_an_extra_lacks_is_installed_into_this_very_environment(extra: str, package: str) -> None:
     wanted, *_ = [text.split(";")[0] for text in requires(NAME) or () if text.startswith(package)]
@@ -68,12 +67,14 @@ WITHOUT = "import sys; sys.modules |= dict.fromkeys(('cma', 'matplotlib')); "
 """As where the extra `research` is not installed."""
 
 
+@pytest.mark.process
 def test_rig_server_and_recordings_work_without_what_research_needs() -> None:
     core = "controller.realtime.rig, controller.simulation.acceptance, recordings.exporting.export, server.app.services"
     subprocess.run([sys.executable, "-c", f"{WITHOUT}import {core}, server.cli.main"], check=True, cwd=ROOT)
 
 
-@pytest.mark.parametrize("command", ["calibrate", "reach --out reach.svg"])
+@pytest.mark.process
+@pytest.mark.parametrize("command", ["calibrate", "reach P1 --svg reach.svg"])
 def test_a_command_that_lacks_an_extra_names_it_in_one_line(command: str, tmp_path: Path) -> None:
     asked = f"{WITHOUT}sys.path.insert(0, {str(ROOT)!r}); sys.argv = ['tendril', *{command.split()}]; "
     run = [sys.executable, "-c", f"{asked}from server.cli.main import main; main()"]

@@ -316,11 +316,12 @@ def _extras_named() -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        if error.name not in ("cma", "matplotlib"):
+        lacking = (error.name or "").partition(".")[0]
+        if lacking not in ("cma", "matplotlib"):
             raise
         from controller.system.origin import install_command
 
-        raise TendrilError(f"this command needs {error.name}: {install_command('research')}") from error
+        raise TendrilError(f"this command needs {lacking}: {install_command('research')}") from error
 
 
 def _refuse_beside_file(context: typer.Context, file: Path | None) -> None:
