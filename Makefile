@@ -8,7 +8,7 @@ KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing s
 export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: run test check setup build chromium side-by-side quick-side-by-side lint types test-page lint-page types-page
-.PHONY: test-python test-alone test-campaign test-quick test-browser test-long renew lock schema clean
+.PHONY: test-python test-alone test-campaign test-quick test-browser test-long renew lock schema lines clean
 
 run:
 	$(MAKE) --no-print-directory -j2 setup
@@ -114,6 +114,15 @@ lock: .venv/installed
 	$(BIN)/pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes --no-header \
 	  --no-annotate --no-emit-index-url --no-emit-find-links --upgrade --output-file .ci/requirements.lock pyproject.toml
+
+# Product lines: Python, TypeScript without generated types, CSS; no tests, no docs. The core is what no extra and no
+# command of its own needs: without research, virtual rig, conformance of drivers and fault campaign.
+PRODUCT = git ls-files 'controller/*.py' 'recordings/*.py' 'server/*.py' 'frontend/src/*.ts' 'frontend/src/*.tsx' \
+  'frontend/src/*.css' | grep -vE '\.test\.tsx?$$|api/(schema\.d|bounds)\.ts$$'
+EXTRAS := ^(controller/(research|virtual|drivers/conformance)|server/(campaign|cli/research))/
+lines:
+	@echo "product: $$($(PRODUCT) | xargs cat | wc -l)"
+	@echo "core:    $$($(PRODUCT) | grep -vE '$(EXTRAS)' | xargs cat | wc -l)"
 
 clean:
 	rm -rf .venv frontend/node_modules server/static dist

@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FILES_MAX, LINES_MAX = 16, 400
-TEST_FILES_MAX = 22
-"""Of a folder of tests: what several of its rooms share lies beside them."""
+FILES_MAX, LINES_MAX = 40, 400
+"""A folder of so many files is a drawer; whether a smaller one is a room, people judge by looking."""
 
 
 @pytest.mark.parametrize("package", ["controller", "recordings", "server"])
@@ -20,7 +19,7 @@ def test_no_folder_and_no_file_is_crowded(package: str) -> None:
 
 
 def test_no_folder_of_tests_is_crowded() -> None:
-    assert crowded({path.parent for path in (ROOT / "tests").rglob("*.py")}, TEST_FILES_MAX) == {}
+    assert crowded({path.parent for path in (ROOT / "tests").rglob("*.py")}, FILES_MAX) == {}
 
 
 @pytest.mark.parametrize("package", ["controller", "recordings", "server"])
