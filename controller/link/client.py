@@ -1,7 +1,7 @@
 """The server's end of the link: every telemetry row in order, commands with the rig's answer, and who the rig is.
 
 A batch is taken if it is proven to be the rig's (proof.py), newer than all before it, of the boot that answered us, and
-follows from the last one (pace.py). What is refused is counted, and stands in the log once a minute at most.
+follows from the last one (stream.py). What is refused is counted, and stands in the log once a minute at most.
 """
 
 import contextlib
@@ -22,13 +22,12 @@ from pydantic import ValidationError
 
 from controller.errors import KeyRefused, LayoutMismatch, RigUnreachable, TendrilError, Unproven
 from controller.link.asker import Asker
+from controller.link.guard import probe
 from controller.link.keys import REPLAY_MAX, Keys, open_session
-from controller.link.knock import kept_out
-from controller.link.pace import Pace
 from controller.link.planned import PlannedRows, encoded
 from controller.link.proof import PROOF_BYTES, Reply, read_batch
 from controller.link.refusals import Refusals
-from controller.link.stream import RowStream
+from controller.link.stream import Pace, RowStream
 from controller.link.version import mismatch, require_same
 from controller.schema.hardware import Drivers
 from controller.schema.layout import record_dtype, to_record
@@ -292,8 +291,8 @@ class RigClient:
                 self._complain(error)
 
     def _look(self) -> None:
-        """Nothing comes: does somebody keep us out?"""
-        before, self._kept_out = self._kept_out, None if self._joined() else kept_out(self._endpoint)
+        """Nothing comes: are we kept out?"""
+        before, self._kept_out = self._kept_out, None if self._joined() else probe(self._endpoint)
         if self._kept_out and not before:
             log.warning("%s", self._kept_out)
 
@@ -331,7 +330,7 @@ class RigClient:
     def _meet(self, boot: int) -> None:
         """A new boot of the rig: do we speak the same layout, who is it, and where do its rows begin?
 
-        Its answer is proven to be of this moment, so batches sent before it, which anybody may have kept, are too old.
+        Its answer is proven to be of this moment, so batches sent before it, which others may have kept, are too old.
         """
         payload, proof = self._asker.ask(self._keys.info)
         answer, now = json.loads(payload), time.monotonic()

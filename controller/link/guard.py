@@ -5,15 +5,18 @@
 - On an open session the server asks and the rig tells, on every key of ours, by one rule; all else is denied. So no end
   can answer in the rig's place, publish its telemetry, or have the rig pass anything on to another server.
 
-This keeps strangers out of the session; what passes on it is signed as well (seal.py, proof.py), because on a plain TCP
+This keeps others out of the session; what passes on it is signed as well (seal.py, proof.py), because on a plain TCP
 line others can sit between the two ends.
 """
 
 import hmac
 import os
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
+
+from controller.errors import KeyRefused
 
 USER = "tendril"
 OURS = "tendril/**"
@@ -22,6 +25,10 @@ ASKS = ("declare_subscriber", "query", "declare_liveliness_subscriber", "livelin
 """What a server sends, and a rig takes."""
 TELLS = ("put", "reply", "declare_queryable", "liveliness_token")
 """What a rig sends, and a server takes."""
+PROBE_MAX_S = 0.5
+"""For each step of a probe."""
+NONSENSE = b"\x01\x00" + b"\xff" * 62
+"""No message of zenoh's, nor of TLS: either says so before it ends the connection."""
 _DOMAIN = b"tendril session 1"
 
 
@@ -35,6 +42,27 @@ def guarded(key: bytes, listens: bool) -> Iterator[dict[str, Any]]:
 def password(key: bytes) -> str:
     """What opens a session, and nothing else: neither seals nor proofs can be made with it."""
     return hmac.digest(key, _DOMAIN, "sha256").hex()
+
+
+def probe(endpoint: str) -> KeyRefused | None:
+    """Why no session is opened where something answers at `endpoint` (tcp/HOST:PORT or tls/...); None: nothing does.
+
+    A rig that stands still or starts answers nothing, though its machine, or one on the way, may take the connection.
+    """
+    host, port = endpoint.partition("/")[2].rsplit(":", 1)
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), PROBE_MAX_S) as line:
+            line.settimeout(PROBE_MAX_S)
+            line.sendall(NONSENSE)
+            if not line.recv(1):
+                return None
+    except (OSError, ValueError):
+        return None
+    certificate = ", a certificate is not trusted" if endpoint.startswith("tls/") else ""
+    return KeyRefused(
+        f"{endpoint} answers but opens no session: this server's key is not the rig's (copy the rig's key file from "
+        f"its machine and name it with --key-file){certificate}, or the rig is of another version of Tendril"
+    )
 
 
 @contextmanager

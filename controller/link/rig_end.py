@@ -13,12 +13,11 @@ import zenoh
 from pydantic import ValidationError
 
 from controller.errors import ParameterError, TendrilError, sentence
-from controller.link.holder import Holder
 from controller.link.keys import REPLAY_MAX, Keys
 from controller.link.planned import PLANNED_MAX, PlannedRows, decoded
 from controller.link.proof import Prover, question
 from controller.link.refusals import Refusals
-from controller.link.seal import SEAL_BYTES, SealedSession, Seals
+from controller.link.seal import SEAL_BYTES, Holder, SealedSession, Seals
 from controller.schema.hardware import Drivers
 from controller.schema.layout import from_record, record_dtype
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime

@@ -20,19 +20,23 @@ import hmac
 import secrets
 import struct
 import threading
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated
 
 from pydantic import Field as Bounds
 from pydantic import ValidationError
 
-from controller.errors import KeyRefused, ParameterError, SessionUnknown, sentence
+from controller.errors import KeyRefused, ParameterError, RigHeld, SessionUnknown, sentence
 from controller.link.proof import Prover
 from controller.link.version import LAYOUT, OURS, require_same
 from controller.schema.layout import Model
 
 SESSIONS_MAX = 32
 """Sessions that the rig remembers, two a server (its commands, its E-STOPs); the one silent longest is forgotten."""
+SILENT_S = 2.0
+"""Silence after which another server may command; the rig itself holds long before, at `server_hold`."""
 _DOMAIN = b"tendril seal 1"
 _HEAD = struct.Struct("<qq")
 _MAC_BYTES = 32
@@ -144,6 +148,39 @@ class Seals:
                 "and give it to the server as --key-file"
             )
         return found
+
+
+class Holder:
+    """Which of several servers commands the rig: the first that asks, until it leaves or was silent for SILENT_S.
+
+    Asked with every sealed message but an E-STOP, which is taken from any server that has the key. Thread safe.
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._session: SealedSession | None = None
+        self._since, self._heard = "", 0.0
+        self._lock = threading.Lock()
+
+    def take(self, session: SealedSession) -> None:
+        """`session` commands from here on, or still; RigHeld names who does instead, and since when."""
+        with self._lock:
+            if self._session is not None and session.number != self._session.number:
+                if self._now() - self._heard < SILENT_S:
+                    raise RigHeld(
+                        f"refused: {self._session.who} commands this rig since {self._since} (its clock); "
+                        f"stop that server, or cut it off for {SILENT_S:g} s"
+                    )
+                self._session = None
+            if self._session is None:
+                self._session, self._since = session, time.strftime("%Y-%m-%d %H:%M:%S")
+            self._heard = self._now()
+
+    def leave(self, session: SealedSession) -> None:
+        """`session` commands no longer, if it did: the next one may at once."""
+        with self._lock:
+            if self._session is not None and self._session.number == session.number:
+                self._session = None
 
 
 def _mac(key: bytes, boot: int, head: bytes, expression: str, payload: bytes) -> bytes:

@@ -28,14 +28,14 @@ from controller.link.keys import open_session
 from controller.link.rig_end import RigEnd
 from controller.link.seal import Seals
 from controller.link.version import LAYOUT, OURS
-from controller.realtime.desk import Desk
+from controller.realtime.command_handler import CommandHandler
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
 from controller.realtime.mailbox import post, receive, words
+from controller.realtime.pause import Pause
 from controller.realtime.priority import pin_memory, prefer_process, raise_thread_priority
 from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
 from controller.realtime.settings import RigReady, failure_file, free_port
 from controller.realtime.settings import RigSettings as RigSettings
-from controller.realtime.standstill import Standstill
 from controller.schema.layout import record_dtype
 from controller.schema.messages import RigInfo, Telemetry, ValveCommand
 from controller.schema.modes import Cause, Mode
@@ -47,13 +47,13 @@ from controller.system.whole_file import open_lock, write_whole
 
 log = logging.getLogger(__name__)
 
-PUMP_PERIOD = 1 / 60
+PUMP_S = 1 / 60
 AGAIN = "TENDRIL_RIG_AGAIN"
 """In the environment of a rig that began anew after it had to compile."""
 NO_ROWS = np.empty(0, record_dtype(Telemetry))
 """Sent while the twin is paused: the rig is there, and nothing new."""
-BATCH = 1000
-"""Most rows in one batch: a pump that was held up for long sends several."""
+BATCH_ROWS_MAX = 1000
+"""In one batch: a pump that was held up for long sends several."""
 
 
 def run_rig(settings: RigSettings) -> None:
@@ -103,10 +103,10 @@ class RigProcess:
             for thread in threads:
                 thread.start()
             self._wait_first_tick(threads[0])
-            desk = self._desk()
-            end = RigEnd(session, self.settings.rig, self._seals, desk)
+            handler = self._handler()
+            end = RigEnd(session, self.settings.rig, self._seals, handler)
             self._say_ready(endpoint)
-            self._pump(threads[0], end, desk.standstill)
+            self._pump(threads[0], end, handler.pause)
         finally:
             self.stop(Cause.PUMP_LOST)
             for thread in threads:
@@ -141,16 +141,16 @@ class RigProcess:
         raise_thread_priority()
         run_baseline(self.ring.header, self._period_ns)
 
-    def _pump(self, loop: threading.Thread, end: RigEnd, standstill: Standstill) -> None:
+    def _pump(self, loop: threading.Thread, end: RigEnd, pause: Pause) -> None:
         due = time.monotonic()
         while loop.is_alive():
             self._beat()
             self._send(end)
-            standstill.look()
-            if standstill.rests and self.ring.head == self._sent:
+            pause.look()
+            if pause.rests and self.ring.head == self._sent:
                 end.publish(NO_ROWS)
             self._leave_orphaned()
-            due = max(due + PUMP_PERIOD, time.monotonic())
+            due = max(due + PUMP_S, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
         self._send(end)
         end.close()
@@ -162,8 +162,8 @@ class RigProcess:
 
     def _send(self, end: RigEnd) -> None:
         """All that is there now; what comes meanwhile waits for its own turn."""
-        for _ in range(1 + (self.ring.head - self._sent) // BATCH):
-            start, rows = self.ring.read(self._sent, BATCH)
+        for _ in range(1 + (self.ring.head - self._sent) // BATCH_ROWS_MAX):
+            start, rows = self.ring.read(self._sent, BATCH_ROWS_MAX)
             if len(rows):
                 end.publish(rows)
             self._sent = start + len(rows)
@@ -173,7 +173,7 @@ class RigProcess:
         if self.settings.parent not in (0, os.getppid()) and at_rest(self.ring.newest()):
             self.stop(Cause.SERVER_LOST)
 
-    def _desk(self) -> Desk:
+    def _handler(self) -> CommandHandler:
         info = RigInfo(
             rig=self.settings.rig,
             boot=self.boot,
@@ -186,7 +186,7 @@ class RigProcess:
             parameters=self.settings.parameters,
             observer_gains_max=tuple(self._rig.observer.gain_max.tolist()),
         )
-        return Desk(info, self.ring, self.memory.commands, self._rig.control, self._driver)
+        return CommandHandler(info, self.ring, self.memory.commands, self._rig.control, self._driver)
 
     def _say_ready(self, endpoint: str) -> None:
         fields = {"rig": self.settings.rig, "endpoint": endpoint, "policy": self.policy}

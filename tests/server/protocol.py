@@ -1,4 +1,4 @@
-"""Two servers and a rig without threads, wires or clocks: the real operator's side, link's end, desk and tick.
+"""Two servers and a rig without threads, wires or clocks: the real operator's side, link's end, handler and tick.
 
 What stands in: the wire (it answers, loses the reply, loses the message, or delivers it later), the clock, and the
 plant, whose markers stand still. A message is late by less than a second: zenoh ends a link that is silent for longer.
@@ -15,7 +15,7 @@ import numpy as np
 from controller.errors import RigUnreachable, SessionUnknown, TendrilError
 from controller.link.client import QUIET_S
 from controller.link.seal import Introduction, Sealer
-from controller.realtime import desk as desk_module
+from controller.realtime import command_handler as handler_module
 from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply
 from controller.schema.modes import Mode, Request
@@ -174,7 +174,7 @@ class World:
     def __post_init__(self) -> None:
         for module in (operator_module, stopper_module):
             module.SupervisedThread = Unthreaded  # type: ignore[misc, assignment]
-        desk_module.time = SimpleNamespace(monotonic_ns=lambda: self.now, sleep=lambda seconds: self.run(1))  # type: ignore[assignment]
+        handler_module.time = SimpleNamespace(monotonic_ns=lambda: self.now, sleep=lambda seconds: self.run(1))  # type: ignore[assignment]
         self.restart()
         self.servers = [Server(self), Server(self)]
 
@@ -279,7 +279,7 @@ class World:
     def restore(self) -> None:
         """The modules as they were."""
         operator_module.SupervisedThread = stopper_module.SupervisedThread = SupervisedThread  # type: ignore[misc]
-        desk_module.time = time
+        handler_module.time = time
 
     def close(self) -> None:
         """What must hold in the end."""

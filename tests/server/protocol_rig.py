@@ -1,4 +1,4 @@
-"""The rig of the protocol's model: the real link's end, desk and tick, and what is on its way to them."""
+"""The rig of the protocol's model: the real link's end, command handler and tick, and what is on its way to them."""
 
 import copy
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from controller.link import rig_end
 from controller.link.keys import Keys
 from controller.link.rig_end import RigEnd
 from controller.link.seal import Seals
-from controller.realtime import desk as desk_module
+from controller.realtime import command_handler as handler_module
 from controller.realtime.mailbox import mailbox, receive, words
 from controller.realtime.ring import create_ring, ring_push
 from controller.schema.messages import CommandReply, RigInfo
@@ -105,7 +105,7 @@ class Rig(Ticked):
         self.scratch = np.zeros(len(words(self.command)), np.int64)
         self.ring = create_ring("test", boot, world.folder, capacity=256)
         info = RigInfo.model_construct(boot=boot, parameters=RigParameters(limits=LIMITS))
-        desk = desk_module.Desk(info, self.ring, self.box, cast(Any, None), cast(Driver, DRIVER))
+        desk = handler_module.CommandHandler(info, self.ring, self.box, cast(Any, None), cast(Driver, DRIVER))
         nothing = SimpleNamespace(undeclare=lambda: None)
         session: Any = SimpleNamespace(
             declare_publisher=lambda *given, **more: nothing,

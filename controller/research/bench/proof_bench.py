@@ -5,8 +5,8 @@ from typing import TypedDict
 import numpy as np
 
 from controller.link.keys import Keys
-from controller.link.pace import Pace
 from controller.link.proof import Prover, read_batch
+from controller.link.stream import Pace
 from controller.research.bench.stopwatch import time_steps
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry

@@ -16,11 +16,10 @@ from controller.errors import KeyRefused, LayoutMismatch, ParameterError, RigHel
 from controller.link import PlannedRows, RigClient
 from controller.link import asker as asker_module
 from controller.link.asker import Asker
-from controller.link.holder import SILENT
+from controller.link.guard import probe
 from controller.link.keys import REPLAY_MAX, Keys, open_session
-from controller.link.knock import kept_out
 from controller.link.planned import PLANNED_MAX
-from controller.link.seal import SEAL_BYTES, Introduction
+from controller.link.seal import SEAL_BYTES, SILENT_S, Introduction
 from controller.link.version import OURS
 from controller.realtime.ring import HEAD
 from controller.realtime.settings import free_port
@@ -167,7 +166,7 @@ def test_the_second_server_commands_once_the_first_left_or_fell_silent(rig: Live
         except RigHeld:
             return False
 
-    wait_for(taken_over, 10 * SILENT)
+    wait_for(taken_over, 10 * SILENT_S)
     with pytest.raises(RigHeld):
         first.send()
     second.client.close()
@@ -261,7 +260,7 @@ def test_with_certificates_the_link_is_encrypted_and_strangers_cannot_read(tmp_p
         open_session(key=key, connect=endpoint)
     with pytest.raises(ParameterError, match=r"missing/ca\.pem does not exist"):
         open_session(key=key, connect=endpoint, tls=tmp_path / "missing")
-    assert "a certificate is not trusted" in str(kept_out(endpoint))
+    assert "a certificate is not trusted" in str(probe(endpoint))
     queryable.undeclare()
     for session in (own, foreign, listening):
         session.close()

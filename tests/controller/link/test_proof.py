@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from controller.errors import Unproven
-from controller.link.pace import SLACK, Pace
 from controller.link.proof import Prover, question, read_batch, read_reply
+from controller.link.stream import SLACK_S, Pace
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.system.keys import KEY_BYTES
@@ -101,7 +101,7 @@ def test_pauses_of_either_end_are_no_jumps(tick: int, t: float, now: float) -> N
     [
         (60_000, 1000.01, 50.02, r"tick went 60\.0 s ahead in 0\.0 s, more than 2 s too far"),
         (10, 1060.0, 50.02, r"t_ns went 60\.0 s ahead in 0\.0 s"),
-        (600_000 + int(1e3 * SLACK) + 100, 1600.0, 650.0, "tick went"),
+        (600_000 + int(1e3 * SLACK_S) + 100, 1600.0, 650.0, "tick went"),
     ],
 )
 def test_jumps_are_refused_and_change_nothing(tick: int, t: float, now: float, text: str) -> None:

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from controller.errors import KeyRefused, LayoutMismatch, ParameterError, RigHeld, SessionUnknown
-from controller.link.holder import SILENT, Holder
 from controller.link.refusals import PAUSE, Refusals
-from controller.link.seal import SESSIONS_MAX, Introduction, SealedSession, Sealer, Seals
+from controller.link.seal import SESSIONS_MAX, SILENT_S, Holder, Introduction, SealedSession, Sealer, Seals
 from controller.link.version import OURS
 from controller.system.keys import KEY_BYTES, key_path, made_key, read_key
 
@@ -109,15 +108,15 @@ def test_the_first_server_commands_until_it_leaves_or_was_silent() -> None:
         SealedSession(2, "the server on b"),
     )
     holder.take(first)
-    clock[0] += 0.9 * SILENT
+    clock[0] += 0.9 * SILENT_S
     holder.take(first)
-    clock[0] += 0.9 * SILENT
+    clock[0] += 0.9 * SILENT_S
     with pytest.raises(RigHeld, match=r"the server on a commands this rig since \d{4}-\d\d-\d\d \d\d:\d\d:\d\d"):
         holder.take(second)
     holder.leave(second)
     with pytest.raises(RigHeld):
         holder.take(second)
-    clock[0] += 0.2 * SILENT
+    clock[0] += 0.2 * SILENT_S
     holder.take(second)
     with pytest.raises(RigHeld, match="the server on b"):
         holder.take(first)

@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from controller.realtime import desk
+from controller.realtime import command_handler
 from controller.realtime.mailbox import mailbox, words
 from controller.realtime.ring import create_ring, ring_push
 from controller.schema.layout import record_dtype, to_record
@@ -33,11 +33,11 @@ def test_a_loop_is_waited_for_as_long_as_its_limits_let_it_pause(
         if now > PAUSE_NS:
             ring_push(ring.header, ring.rows, words(row))
 
-    monkeypatch.setattr(desk, "time", SimpleNamespace(monotonic_ns=lambda: now, sleep=sleep))
+    monkeypatch.setattr(command_handler, "time", SimpleNamespace(monotonic_ns=lambda: now, sleep=sleep))
     parameters = RigParameters(limits=SafetyLimits(loop_gap=allowed))
     info = RigInfo.model_construct(boot=1, parameters=parameters)
     box = mailbox(to_record(Command()).dtype)
-    reply = desk.Desk(info, ring, box, cast(Any, None), None).submit(Command(boot=1, n=3))
+    reply = command_handler.CommandHandler(info, ring, box, cast(Any, None), None).submit(Command(boot=1, n=3))
     assert box[0] == 2, "the loop finds it when it goes on"
     assert (reply.accepted, reply.mode) == ((True, Mode.HOLD) if allowed > 0.2 else (False, Mode.VENTED))
     assert (reply.cause == Cause.LOOP_STALLED) == (allowed < 0.2)

@@ -20,7 +20,7 @@ from starlette.websockets import WebSocket
 
 from controller.link.rig_end import RigEnd
 from controller.link.seal import Introduction, Sealer, Seals
-from controller.realtime import desk as desk_module
+from controller.realtime import command_handler as handler_module
 from controller.realtime.mailbox import mailbox
 from controller.realtime.ring import create_ring
 from controller.schema.layout import record_dtype, to_record
@@ -183,13 +183,15 @@ def test_a_target_enters_few_functions_from_link_to_mailbox(tmp_path: Path, monk
     )
     info = RigInfo.model_construct(boot=BOOT, parameters=RigParameters())
     box = mailbox(record_dtype(Command))
-    desk = desk_module.Desk(info, create_ring("test", BOOT, tmp_path, capacity=8), box, *cast(Any, [None, None]))
+    desk = handler_module.CommandHandler(
+        info, create_ring("test", BOOT, tmp_path, capacity=8), box, *cast(Any, [None, None])
+    )
     seals = Seals(KEY, BOOT, "key")
     end = RigEnd(session, "test", seals, desk)
     sealer, keys = Sealer(KEY, BOOT, seals.next_session), end._keys
     payload = Introduction(who="a server").model_dump_json().encode()
     queryables[keys.session](Query(payload, sealer.seal(keys.session, payload)))
-    monkeypatch.setattr(desk_module, "post", lambda *given: setattr(walk, "on", False))
+    monkeypatch.setattr(handler_module, "post", lambda *given: setattr(walk, "on", False))
     desk._ring.newest()  # loads what is compiled
     record = to_record(Command(boot=BOOT, n=1, target=(0.1, 0.02))).tobytes()
     query = Query(record, sealer.seal(keys.command, record))

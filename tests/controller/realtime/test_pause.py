@@ -8,7 +8,7 @@ import pytest
 
 from controller.errors import ParameterError, RigUnreachable
 from controller.link.client import GONE_S
-from controller.realtime.standstill import UNHEARD
+from controller.realtime.pause import UNHEARD_S
 from controller.schema.messages import TwinTime
 from controller.schema.modes import Cause, Mode, Request
 from tests.controller.live_rig import LiveRig, Operator, live_rig, wait_for
@@ -79,7 +79,7 @@ def test_after_a_pause_all_goes_on_as_if_no_time_had_passed(rig: LiveRig) -> Non
     assert rows["operator_age"].max() < limits.operator_timeout
 
 
-def test_steps_are_taken_by_number_and_end_in_the_same_standstill(rig: LiveRig) -> None:
+def test_steps_are_taken_by_number_and_end_in_the_same_pause(rig: LiveRig) -> None:
     head = pause(rig)
     for steps in (1, 7, 250):
         left = rig.operator.client.time(TwinTime(paused=True, steps=steps)).steps
@@ -113,7 +113,7 @@ def test_nothing_is_begun_while_paused_and_the_target_waits_for_the_next_tick(ri
 
 def test_a_twin_that_no_server_commands_goes_on_and_its_watchdogs_still_it(rig: LiveRig) -> None:
     head = pause(rig)
-    time.sleep(UNHEARD / 2)
+    time.sleep(UNHEARD_S / 2)
     assert rig.ring().head == head
     wait_for(lambda: rig.operator.newest()["mode"] != Mode.FOLLOW)
     assert rig.operator.newest()["cause"] in (Cause.OPERATOR_LOST, Cause.SERVER_LOST)

@@ -5,11 +5,11 @@ import time
 from controller.realtime.ring import PAUSED, STEPPED, STEPS, Ring
 from controller.schema.messages import TwinTime
 
-UNHEARD = 2.0
-"""Silence of all servers after which time goes on [s]: the watchdogs of the loop then see to the rest."""
+UNHEARD_S = 2.0
+"""Silence of all servers after which time goes on: the watchdogs of the loop then see to the rest."""
 
 
-class Standstill:
+class Pause:
     """Writes the loop's words for it. `put` is called with a lock held; `end` needs none."""
 
     def __init__(self, ring: Ring) -> None:
@@ -44,8 +44,8 @@ class Standstill:
         self._heard = time.monotonic()
 
     def look(self) -> None:
-        """End it where no server has commanded for UNHEARD seconds."""
-        if self.on and time.monotonic() - self._heard > UNHEARD:
+        """End it where no server has commanded for UNHEARD_S."""
+        if self.on and time.monotonic() - self._heard > UNHEARD_S:
             self.end()
 
     def _left(self) -> int:

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -14,35 +15,35 @@ from controller.kernels.plant.hardware import Hardware
 from controller.link import PlannedRows
 from controller.realtime.followable import require_followable, require_sound
 from controller.realtime.mailbox import post, words
+from controller.realtime.pause import Pause
 from controller.realtime.ring import Ring
-from controller.realtime.standstill import Standstill
 from controller.schema.hardware import Drivers
 from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
 from controller.schema.modes import STILLING, Cause, Mode, Request, RowKind, refused_text
 
-ECHO_MIN, ECHO_MAX = 0.05, 0.4
-"""Wait for a tick that saw a command [s]: as long as the rig's limits let the loop pause, between these two."""
+ECHO_MIN_S, ECHO_MAX_S = 0.05, 0.4
+"""Wait for a tick that saw a command: as long as the rig's limits let the loop pause, between these two."""
 STRIDE = 1 << 20
 """By how much the number of an E-STOP is above every one that was used."""
 LEAP = STRIDE
 """By how much a command's n, request_n and presence may be above the rig's own at most: those that come later must
 still be able to number on from there."""
-STOPS_KEPT = 256
+STOPS_MAX = 256
 """E-STOPs whose repetitions are known."""
-START_NEAR = 3e-3
-"""A planned reference begins this near to where the rig's own reference stands, unless it declares steps [m]."""
+START_NEAR_M = 3e-3
+"""A planned reference begins this near to where the rig's own reference stands, unless it declares steps."""
 STANDING = (Mode.HOLD, Mode.FOLLOW)
 GOES_ON = STILLING | {Request.E_STOP}
-"""What ends a standstill of the twin, so that it is obeyed at once."""
-POLL = 1e-4
-"""Pause between two looks at the ring [s]."""
+"""What ends a pause of the twin, so that it is obeyed at once."""
+LOOK_S = 1e-4
+"""Between two looks at the ring: a tenth of a tick."""
 
 Stopper = tuple[int, int]
 """Which E-STOP of which server: a session, and a number that this server gives to one press."""
 
 
-class Desk:
+class CommandHandler:
     """Serves the link (RigService) with the loop's mailbox and ring."""
 
     def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, driver: Driver) -> None:
@@ -52,7 +53,7 @@ class Desk:
         self._commands = commands
         self._control = control
         self._driver, self._injected = driver, TwinFaults()
-        self.standstill = Standstill(ring)
+        self.pause = Pause(ring)
         self._last = Command()
         """The record in the mailbox, without its request."""
         self._used = self._stop_n = 0
@@ -80,7 +81,7 @@ class Desk:
         if command.boot != self._info.boot:
             text = refused_text(command.request, self._mode(), Cause.WRONG_BOOT)
             return _reply(command, self._mode(), Cause.WRONG_BOOT, text)
-        self.standstill.hear()
+        self.pause.hear()
         with self._one_at_a_time:
             if refused := self._refused(command):
                 return _reply(command, self._mode(), Cause.NONE, refused)
@@ -98,13 +99,13 @@ class Desk:
             text = refused_text(Request.E_STOP, self._mode(), Cause.WRONG_BOOT)
             return CommandReply(n=0, accepted=False, mode=self._mode(), cause=Cause.WRONG_BOOT, detail=text)
         with self._posting:
-            self.standstill.end()
+            self.pause.end()
             number = self._stops.get(who)
             if number is None:
                 number = max(self._used, self._echoed()) + STRIDE
                 self._post(self._last, number)
                 self._used = self._stop_n = self._stops[who] = number
-                while len(self._stops) > STOPS_KEPT:
+                while len(self._stops) > STOPS_MAX:
                     del self._stops[next(iter(self._stops))]
         return self._answered_stop(number)
 
@@ -143,10 +144,7 @@ class Desk:
         return self._first_row(command.request_n, since)
 
     def _answered_stop(self, number: int) -> CommandReply:
-        end = self._end()
-        while self._echoed() < number and time.monotonic_ns() < end:
-            time.sleep(POLL)
-        taken, mode = self._echoed() >= number, self._mode()
+        taken, mode = self._wait(lambda row: row["request_n"] >= number) is not None, self._mode()
         text = mode.name if taken else "the control loop does not answer; the E-STOP waits there"
         cause = Cause.NONE if taken else Cause.LOOP_STALLED
         return CommandReply(n=number, accepted=taken, mode=mode, cause=cause, detail=text)
@@ -179,12 +177,12 @@ class Desk:
         return count
 
     def _refused(self, command: Command) -> str:
-        """Why the loop is not asked, "" where it is. What stills the rig ends a standstill of its twin."""
+        """Why the loop is not asked, "" where it is. What stills the rig ends a pause of its twin."""
         if why := self._leaps(command):
             return why
-        if self.standstill.on and command.request in GOES_ON:
-            self.standstill.end()
-        if self.standstill.on and command.request:
+        if self.pause.on and command.request in GOES_ON:
+            self.pause.end()
+        if self.pause.on and command.request:
             return f"refused: {command.request.name} is not possible while the twin is paused; continue it first"
         if command.request == Request.ARM and (why := self._driver.unready()):
             return f"refused: {why}"
@@ -208,11 +206,11 @@ class Desk:
         if command.request != Request.TRACK or row is None or row["mode"] not in STANDING or self._begin is None:
             return ""
         apart = float(np.hypot(*(row["p_ref"] - self._begin)))
-        if apart <= START_NEAR:
+        if apart <= START_NEAR_M:
             return ""
         return (
             f"refused: the planned reference begins {1e3 * apart:.1f} mm from where the rig's own is, more than "
-            f"{1e3 * START_NEAR:g} mm; plan it from there"
+            f"{1e3 * START_NEAR_M:g} mm; plan it from there"
         )
 
     def faults(self, wanted: TwinFaults | None) -> TwinFaults:
@@ -233,7 +231,7 @@ class Desk:
         with self._one_at_a_time, self._posting:
             if wanted is not None:
                 self._set_time(wanted)
-            return self.standstill.state()
+            return self.pause.state()
 
     def drivers(self) -> Drivers:
         """How the rig's devices fare; none of a twin."""
@@ -244,8 +242,8 @@ class Desk:
             raise CommandRefused(f"refused: steps = {wanted.steps} are taken only while the twin is paused")
         if wanted.paused and self._stop_n > self._echoed():
             raise CommandRefused("refused: an E-STOP is under way")
-        self.standstill.hear()
-        self.standstill.put(wanted)
+        self.pause.hear()
+        self.pause.put(wanted)
 
     def _row_of(self, command: Command, since: int, posted_ns: int) -> np.void | None:
         """The row that says what became of `command`, None in time: for a request the first row that has its number.
@@ -253,26 +251,27 @@ class Desk:
         A later one may show what another request, an E-STOP, made of it; `since` is the ring's head before the post.
         While the twin is paused the next tick will look at what asks for nothing: its last row is the answer.
         """
-        end = self._end()
-        while time.monotonic_ns() < end:
-            row = self._ring.newest()
-            if row is not None and (row["t_ns"] > posted_ns or (self.standstill.rests and not command.request)):
-                if not command.request:
-                    return row
-                if row["request_n"] >= command.request_n:
-                    return self._first_row(command.request_n, since)
-            time.sleep(POLL)
-        return None
+        if not command.request:
+            return self._wait(lambda row: row["t_ns"] > posted_ns or self.pause.rests)
+        shown = self._wait(lambda row: row["request_n"] >= command.request_n)
+        return None if shown is None else self._first_row(command.request_n, since)
+
+    def _wait(self, shows: Callable[[np.void], bool]) -> np.void | None:
+        """The acknowledgement: the newest row once it `shows` it, None where the loop does not tick in time."""
+        pause = self._info.parameters.limits.loop_gap
+        end = time.monotonic_ns() + int(min(max(ECHO_MIN_S, pause), ECHO_MAX_S) * 1e9)
+        while True:
+            late, row = time.monotonic_ns() >= end, self._ring.newest()
+            if row is not None and shows(row):
+                return row
+            if late:
+                return None
+            time.sleep(LOOK_S)
 
     def _first_row(self, request_n: int, since: int) -> np.void | None:
         rows = self._ring.read(since, max(0, self._ring.head - since))[1]
         found = np.flatnonzero(rows["request_n"] >= request_n)
         return rows[found[0]] if len(found) else None
-
-    def _end(self) -> int:
-        """When a wait for the loop ends [ns]."""
-        pause = self._info.parameters.limits.loop_gap
-        return time.monotonic_ns() + int(min(max(ECHO_MIN, pause), ECHO_MAX) * 1e9)
 
 
 def answer(command: Command, row: np.void) -> CommandReply:
