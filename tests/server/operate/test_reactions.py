@@ -204,7 +204,7 @@ def test_every_change_of_the_lease_is_told_in_order_and_its_lapse_too() -> None:
     scene.lease.give(BOB)
     scene.lease.release(BOB)
     scene.lease.acquire(ANN)
-    now[0] = leases.LAPSE + 0.1
+    now[0] = leases.LAPSE_S + 0.1
     scene.look()
     scene.look()
     changes = [(event.before, event.holder) for event in scene.of(LeaseChanged)]
