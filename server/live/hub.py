@@ -26,7 +26,7 @@ NEWS_S = 0.05
 """Between two looks for what of the status is new to pages, where no event tells."""
 STATUS_S = 1.0
 """From one status to the next where nothing is new."""
-CROWD = 16
+VIEWERS_ALL_BEATS_MAX = 16
 """More viewers than these get every other frame each; who operates gets all."""
 WAITING = 256
 """Text messages that may wait for a slow viewer; beyond that the oldest are dropped."""
@@ -150,7 +150,7 @@ class Hub:
 
     def _due(self) -> list[Viewer]:
         """Whose turn it is: everyone's, or in a crowd every other one's and the operator's."""
-        if len(self._pages.open) <= CROWD:
+        if len(self._pages.open) <= VIEWERS_ALL_BEATS_MAX:
             return list(self._pages.open)
         odd = self._frames % 2
         return [viewer for viewer in self._pages.open if viewer.turn % 2 == odd or self._lease.holds(viewer.who)]

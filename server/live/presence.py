@@ -19,9 +19,9 @@ from server.http.answers import refusal
 from server.http.given import given
 from server.http.rates import POLICY, Verdict
 from server.http.who import Me
-from server.live.conversation import Hearing
 from server.live.hub import Viewer
 from server.live.messages import Heard
+from server.live.socket_handler import SocketContext
 from server.operate.messages import Presence
 
 router = APIRouter()
@@ -32,7 +32,11 @@ LONGEST = 64
 
 @router.websocket("/ws/presence/{page}")
 async def presence(
-    socket: WebSocket, page: str, hearing: Annotated[Hearing, given(Hearing)], sessions: GivenSessions, who: Me
+    socket: WebSocket,
+    page: str,
+    hearing: Annotated[SocketContext, given(SocketContext)],
+    sessions: GivenSessions,
+    who: Me,
 ) -> None:
     """Signs of the page that `Hello` named so, until its live socket or session ends, or its worker opens another."""
     viewer = hearing.pages.named(page, who)
@@ -49,7 +53,7 @@ async def _until(over: asyncio.Event) -> None:
     await over.wait()
 
 
-async def _listen(socket: WebSocket, viewer: Viewer, hearing: Hearing) -> None:
+async def _listen(socket: WebSocket, viewer: Viewer, hearing: SocketContext) -> None:
     while (message := await socket.receive())["type"] != "websocket.disconnect":
         verdict = hearing.rates.message(viewer.who.id)
         if verdict == Verdict.FLOOD:
@@ -64,7 +68,7 @@ async def _listen(socket: WebSocket, viewer: Viewer, hearing: Hearing) -> None:
             await socket.send_text(Heard(n=n).model_dump_json())
 
 
-def _number(text: str | None, viewer: Viewer, hearing: Hearing) -> int | None:
+def _number(text: str | None, viewer: Viewer, hearing: SocketContext) -> int | None:
     """The number of a sign; None for anything else, which is told in the log and ends the socket."""
     if text is not None and len(text) <= LONGEST:
         try:

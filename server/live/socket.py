@@ -16,9 +16,9 @@ from server.http.given import given
 from server.http.problems import answer
 from server.http.rates import POLICY
 from server.http.who import Me
-from server.live.conversation import Conversation, Hearing
 from server.live.hub import Hub, Viewer
 from server.live.messages import Health, Hello
+from server.live.socket_handler import SocketContext, SocketHandler
 from server.live.status import GivenStatusView
 from server.operate.pages import Crowded, GivenPages, Pages
 from server.plots.feed import Feed, Plots
@@ -51,14 +51,14 @@ class Live:
     plots: Plots
     sessions: Sessions
     rig: Rig
-    hearing: Hearing
+    hearing: SocketContext
     settings: ServerSettings
 
     async def serve(self, viewer: Viewer) -> None:
         """Talk with the page of `viewer` until either side closes, or its session ends."""
         await viewer.socket.accept()
         await viewer.socket.send_text(self._hello(viewer).model_dump_json())
-        conversation = Conversation(viewer, self.hearing)
+        conversation = SocketHandler(viewer, self.hearing)
         viewer.socket.scope["state"][URGENT] = conversation.urgent
         ended = self.sessions.ended(viewer.who)
         await until_one_ends(self.hub.serve(viewer), conversation.listen(), ended)

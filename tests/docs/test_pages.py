@@ -15,7 +15,7 @@ from controller.text.markdown import filled
 from server.app import tables
 from server.http.answers import Problem
 from server.http.rates import FLOOD, HEAVY, MESSAGE, SESSION
-from server.live import conversation, hub
+from server.live import hub, socket_handler
 from server.live.hub import encode_frame
 from server.live.messages import FromBrowser, FromServer
 from server.plots.feed import CHUNK, encode_plot
@@ -74,8 +74,8 @@ def test_bounds_are_those_of_the_code() -> None:
     for text in (
         f"{MESSAGE.burst} at once, {MESSAGE.per_second} a second; what is beyond",
         f"{FLOOD.burst} at once, {FLOOD.per_second} a second; beyond, 1008",
-        f"| {conversation.LONGEST} characters |",
-        f"more than {hub.CROWD} viewers",
+        f"| {socket_handler.MESSAGE_MAX_CHARS} characters |",
+        f"more than {hub.VIEWERS_ALL_BEATS_MAX} viewers",
         f"the last {hub.WAITING} messages",
         f"n, {CHUNK} at most",
         f"bins of {BIN_TICKS} ms",

@@ -34,7 +34,7 @@ DOORS = {
     "commissioning/motion.py": ["ask", "move", "request"],
     "commissioning/routes.py": ["present", "present"],
     "hardware/rig_file.py": ["order_rig"],
-    "live/conversation.py": ["stop"],
+    "live/socket_handler.py": ["stop"],
     "operate/asking.py": ["request"],
     "operate/command_routes.py": ["stop"],
     "operate/hand.py": ["present", "request", "request", "request", "request"],

@@ -34,8 +34,8 @@ from server.access.sessions import Sessions
 from server.access.tokens import Secrets
 from server.http.rates import Rates
 from server.http.refused import RefusedCounts
-from server.live.conversation import Conversation, Hearing
 from server.live.hub import Viewer
+from server.live.socket_handler import SocketContext, SocketHandler
 from server.log.events import EventLog
 from server.operate import operator as operator_module
 from server.operate.hand import Hands
@@ -121,7 +121,7 @@ async def test_a_dragged_target_enters_few_functions_from_socket_to_link(
     lease.acquire(who)
     viewer = Viewer(cast(WebSocket, SimpleNamespace(receive=inbox.get)), who, Feed(Plots(history)))
     listening = asyncio.create_task(
-        Conversation(viewer, Hearing(hands, Pages(lease, 10), Rates(), RefusedCounts())).listen()
+        SocketHandler(viewer, SocketContext(hands, Pages(lease, 10), Rates(), RefusedCounts())).listen()
     )
     try:
         await sent(operator, wire, lambda request: (sys.setprofile(sender), "")[1])
@@ -136,7 +136,7 @@ async def test_a_dragged_target_enters_few_functions_from_socket_to_link(
         operator.close()
         rig.close()
     entered = {**page.entered, **sender.entered}
-    assert "server/live/conversation.py:Conversation.hear" in entered and "controller/link/seal.py:_mac" in entered
+    assert "server/live/socket_handler.py:SocketHandler.hear" in entered and "controller/link/seal.py:_mac" in entered
     assert len(entered) <= SERVER_MAX, "\n".join(entered)
     judged = [name for name in sender.entered if name.startswith("server/access/permit.py:Permit.")]
     assert sum(sender.entered[name] for name in judged) == 1, "one judgement, at the moment of the act"

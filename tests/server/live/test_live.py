@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from server.live.hub import CROWD
+from server.live.hub import VIEWERS_ALL_BEATS_MAX
 from server.plots.messages import CHANNELS_MAX
 from server.rig.channels import CHANNELS
 from tests.server.live_server import ROW, TestServer, wait_for
@@ -200,7 +200,7 @@ def test_in_a_crowd_viewers_take_turns_and_the_operator_gets_every_beat(server: 
     with contextlib.ExitStack() as pages:
         operating = pages.enter_context(operator.live())
         operating.operate()
-        watching = [pages.enter_context(viewer.live()) for _ in range(CROWD)]
+        watching = [pages.enter_context(viewer.live()) for _ in range(VIEWERS_ALL_BEATS_MAX)]
         wait_for(lambda: all(page.frames for page in watching), "frames for all")
         begin = [len(page.frames) for page in (operating, *watching)]
         wait_for(lambda: len(operating.frames) > begin[0] + 200, "frames of the operator")

@@ -21,15 +21,15 @@ from server.operate.pages import Pages
 from server.plots.messages import PlotChoice
 from server.rig.channels import columns_of
 
-LONGEST = 4096
-"""Longest message from a page [characters]."""
-STOP_LONGEST = 200
-"""Longest message that may be an E-STOP [bytes]: what is not counted must be cheap."""
+MESSAGE_MAX_CHARS = 4096
+"""Longest message from a page."""
+STOP_MAX_BYTES = 200
+"""Longest message that may be an E-STOP: what is not counted must be cheap."""
 _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 
 
 @dataclass(frozen=True)
-class Hearing:
+class SocketContext:
     """What is needed to act on what pages say."""
 
     hands: Hands
@@ -45,10 +45,10 @@ class Hearing:
             Hand(viewer.who, self.hands).sign()
 
 
-class Conversation:
+class SocketHandler:
     """What one page says, answered through its viewer's outbox."""
 
-    def __init__(self, viewer: Viewer, hearing: Hearing) -> None:
+    def __init__(self, viewer: Viewer, hearing: SocketContext) -> None:
         self._viewer, self._hearing = viewer, hearing
         self._events, self._hand = hearing.hands.events, Hand(viewer.who, hearing.hands)
         self._written = ""
@@ -75,8 +75,8 @@ class Conversation:
     def hear(self, text: str | None) -> None:
         """Act on one message; never raises."""
         self._hearing.hands.lease.touch(self._viewer.who)
-        if text is None or len(text) > LONGEST:
-            return self._refuse(0, "message", f"a message is text of at most {LONGEST} characters")
+        if text is None or len(text) > MESSAGE_MAX_CHARS:
+            return self._refuse(0, "message", f"a message is text of at most {MESSAGE_MAX_CHARS} characters")
         try:
             message = _MESSAGE.validate_json(text)
         except ValidationError as error:
@@ -165,7 +165,7 @@ class Conversation:
 
 def stop_in(data: bytes) -> EStop | None:
     """The E-STOP that this message is, None if it is none; nothing long is looked at."""
-    if len(data) > STOP_LONGEST or b"e_stop" not in data:
+    if len(data) > STOP_MAX_BYTES or b"e_stop" not in data:
         return None
     try:
         message = _MESSAGE.validate_json(data)
