@@ -8,7 +8,7 @@ import viser
 from controller.arrays import Array, Values
 from controller.schema.actuator import Actuator
 from controller.schema.modes import Mode
-from controller.schema.states import LIVE
+from controller.schema.states import LIVE, MOVING
 from server.scene.chain import Chain
 from server.scene.colours import BASE, DANGER, OBSERVER, REFERENCE, TARGET, TWIN
 from server.scene.lines import Trail
@@ -18,6 +18,8 @@ RAISED = 3e-3
 """Height of lines and balls above the body [m]: seen from the top, nothing of them is hidden."""
 TARGET_DISC = (20, 20, 20)
 """Under the white ball, so that the target is seen on light ground too."""
+TOLERANCES_M = {"backbone": 1e-3, "twin_backbone": 1e-4, "p_ref": 1e-4, "target": 1e-4, "markers": 5e-4}
+"""Of an actuator that is not led anywhere, moves up to this are noise: four times that of the twin's, as observed."""
 
 
 class Body:
@@ -58,6 +60,18 @@ class Body:
         ball.visible = shown = shown and bool(np.isfinite(at).all())
         if shown:
             ball.position = (at[0], at[1], self._above)
+
+
+def moved(row: Any, shown: Any) -> bool:
+    """Whether a telemetry row looks other than the one `shown`, beyond noise unless the reference itself may move."""
+    if row["mode"] in MOVING or row["mode"] != shown["mode"] or row["sensed"] != shown["sensed"]:
+        return bool(row["tick"] != shown["tick"])
+    return any(_apart(row[name], shown[name], tolerance) for name, tolerance in TOLERANCES_M.items())
+
+
+def _apart(now: Values, before: Values, tolerance: float) -> bool:
+    """Further than the tolerance, or nan in only one of them."""
+    return bool(((np.abs(now - before) > tolerance) | (np.isnan(now) != np.isnan(before))).any())
 
 
 def above(actuator: Actuator) -> float:

@@ -7,6 +7,7 @@ messages that the proxy has read and attributed to a session.
 import contextlib
 import io
 import logging
+import math
 import threading
 import time
 from collections import deque
@@ -21,7 +22,7 @@ from controller.schema.actuator import Actuator
 from controller.system.thread import SupervisedThread
 from server.http.given import given
 from server.http.who import Identity
-from server.scene.body import Body
+from server.scene.body import Body, moved
 from server.scene.camera import Camera, camera_of
 from server.scene.gizmo import Gizmo, Point, gizmo_point
 from server.scene.messages import View
@@ -33,12 +34,14 @@ log = logging.getLogger(__name__)
 RATE = 30.0
 LAST = 5.0
 """Longest wait for the update that is under way at the end [s]."""
+STILL_S = 0.2
+"""What has not moved is shown as it is this often, so that drift and the trail do not wait for a move."""
 TRAIL_STEP = 5e-4
 """Way of the tip after which the trail grows [m]."""
 
 
 class Scene:
-    """Viser on a free port of 127.0.0.1, updated at 30 Hz while anyone looks."""
+    """Viser on a free port of 127.0.0.1, updated at 30 Hz while anyone looks and anything moves."""
 
     def __init__(
         self, newest: Callable[[], Rows | None], actuator: Callable[[], Actuator], light: bool = False
@@ -53,6 +56,8 @@ class Scene:
         self._dragged, self._dirty = threading.Event(), threading.Event()
         self._sessions, self._entering = ViewSessions(light), dict[int, ViewSession]()
         self._trail: deque[tuple[float, Point]] = deque(maxlen=round(TRAIL * RATE))
+        self._shown: Any = None
+        self._shown_at = -math.inf
         self._logged = set[type[Exception]]()
         self._furnish()
         self._build(actuator())
@@ -120,10 +125,9 @@ class Scene:
         view.position, view.look_at, view.up, view.fov = top.position, top.look_at, top.up, top.fov
 
     def _run(self) -> None:
-        shown = -1
         while not self.worker.wait(1 / RATE):
             try:
-                shown = self._refresh(shown)
+                self._refresh(time.monotonic())
                 for session in self._sessions:
                     session.refresh()
             except Exception as error:  # the view must come back after any surprise in one row
@@ -131,21 +135,22 @@ class Scene:
                     log.exception("the 3D view could not be updated")
                 self._logged.add(type(error))
 
-    def _refresh(self, shown: int) -> int:
-        """Show the newest row unless it is on view already (tick `shown`); returns the tick on view."""
+    def _refresh(self, now: float) -> None:
+        """Show the newest row if it looks other than the one on view, or that has been there for a while."""
         newest = self._newest()
         if newest is None or not self._viser.get_clients():
-            return shown
+            return
         if self._wanted() != self._actuator:
             self._rebuild()
-        tick, moved = int(newest[0]["tick"]), self._dirty.is_set()
-        if tick != shown or moved:
-            self._dirty.clear()
-            with self._viser.atomic():
-                self._body.update(newest[0], self._grown_trail(newest[0]))
-                if not self._dragged.is_set():
-                    self._gizmo.place(gizmo_point(newest[0]), again=moved)
-        return tick
+        row, dirty = newest[0], self._dirty.is_set()
+        if not dirty and now - self._shown_at < STILL_S and not moved(row, self._shown):
+            return
+        self._shown, self._shown_at = row.copy(), now
+        self._dirty.clear()
+        with self._viser.atomic():
+            self._body.update(row, self._grown_trail(row))
+            if not self._dragged.is_set():
+                self._gizmo.place(gizmo_point(row), again=dirty)
 
     def _grown_trail(self, row: Any) -> Array:
         """Where the measured tip was in the last seconds, (n,2) [m]."""
@@ -161,6 +166,7 @@ class Scene:
         """The rig that answers now has another actuator."""
         self._body.remove()
         self._trail.clear()
+        self._shown_at = -math.inf
         self._build(self._wanted())
         for session in self._sessions:
             session.meet(self._actuator)
