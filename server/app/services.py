@@ -36,13 +36,13 @@ from server.notify.notices import Notices
 from server.notify.webhook import Webhook
 from server.operate.detector import ChangeDetector
 from server.operate.events import BootChanged, LeaseChanged, SettingsChanged, TroubleChanged
-from server.operate.hand import Hands
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
 from server.operate.reactions import Reactions
 from server.operate.settings import KeptSettings
 from server.operate.stopper import Stopper
+from server.operate.target_control import TargetContext
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.presets.change import Change
@@ -158,7 +158,7 @@ class Services:
         stopper = Stopper(rig.stop, lambda: rig.met)
         self.operator = Operator(rig.send, rig.boot, lambda: history.newest, self.kept.read(), stopper)
         history.listen(lambda rows: self.operator.acknowledgements.look())
-        self.hands = Hands(lease, self.permits, self.operator, history, events)
+        self.hands = TargetContext(lease, self.permits, self.operator, history, events)
         self.pages: Pages[Viewer] = Pages(lease, self.settings.viewers_max)
         events.listen(self.pages.tell)
         self.people = PeopleHere(self.pages.present, lease, self.operator, self.permits, events)

@@ -15,9 +15,9 @@ from server.http.rates import POLICY, Rates, Verdict
 from server.http.refused import RefusedCounts
 from server.live.hub import Viewer
 from server.live.messages import FromBrowser, Ping, Pong, Refused, Reply
-from server.operate.hand import Hand, Hands
 from server.operate.messages import EStop, Presence, Release, Target
 from server.operate.pages import Pages
+from server.operate.target_control import TargetContext, TargetControl
 from server.plots.messages import PlotChoice
 from server.rig.channels import columns_of
 
@@ -32,7 +32,7 @@ _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 class SocketContext:
     """What is needed to act on what pages say."""
 
-    hands: Hands
+    hands: TargetContext
     pages: Pages[Viewer]
     rates: Rates
     refused: RefusedCounts
@@ -42,7 +42,7 @@ class SocketContext:
         risen, viewer.presence = n > viewer.presence, max(n, viewer.presence)
         self.hands.lease.touch(viewer.who)
         if risen and self.hands.lease.holds(viewer.who):
-            Hand(viewer.who, self.hands).sign()
+            TargetControl(viewer.who, self.hands).sign()
 
 
 class SocketHandler:
@@ -50,7 +50,7 @@ class SocketHandler:
 
     def __init__(self, viewer: Viewer, hearing: SocketContext) -> None:
         self._viewer, self._hearing = viewer, hearing
-        self._events, self._hand = hearing.hands.events, Hand(viewer.who, hearing.hands)
+        self._events, self._hand = hearing.hands.events, TargetControl(viewer.who, hearing.hands)
         self._written = ""
         self._context = contextvars.copy_context()
         self._in_turn = partial(asyncio.get_running_loop().call_soon_threadsafe, context=self._context)

@@ -14,9 +14,9 @@ from server.http.answers import Problem
 from server.http.problems import missing
 from server.http.rates import TooOften
 from server.http.who import Identity, Me
-from server.operate.hand import GivenHands, Hand, Hands
 from server.operate.messages import CommandBody
 from server.operate.stop_lane import PRESSED
+from server.operate.target_control import GivenTargetContext, TargetContext, TargetControl
 
 REFUSED: dict[int | str, dict[str, Any]] = {409: {"model": CommandReply | Problem, "description": "The rig refuses"}}
 
@@ -25,7 +25,7 @@ router = APIRouter(tags=["rig"])
 
 @router.post("/api/command", responses=REFUSED, response_model=CommandReply)
 async def command(
-    body: CommandBody, connection: HTTPConnection, hands: GivenHands, who: Me
+    body: CommandBody, connection: HTTPConnection, hands: GivenTargetContext, who: Me
 ) -> CommandReply | JSONResponse:
     """Ask the rig for another mode; 409 with its reply when it refuses. Anyone may E-STOP, the rest needs the lease."""
     if body.request != "e_stop":
@@ -48,10 +48,10 @@ def _in_turn(connection: HTTPConnection) -> None:
         raise late
 
 
-def _asked(body: CommandBody, hands: Hands, who: Identity) -> "Future[CommandReply]":
+def _asked(body: CommandBody, hands: TargetContext, who: Identity) -> "Future[CommandReply]":
     if body.request == "e_stop":
         return hands.operator.stop(who.described)
-    hand = Hand(who, hands)
+    hand = TargetControl(who, hands)
     if body.target is not None and body.request == "follow":
         return hand.press(body.target)
     return hand.ask(Request[body.request.upper()])

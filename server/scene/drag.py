@@ -13,7 +13,7 @@ import msgpack  # type: ignore[import-untyped]
 
 from controller.errors import NotAllowed
 from server.http.who import Identity
-from server.operate.hand import Hand, Hands
+from server.operate.target_control import TargetContext, TargetControl
 from server.scene.gizmo import GIZMO, Point
 from server.scene.scene import Scene
 
@@ -31,12 +31,12 @@ class Drag:
     def __init__(
         self,
         who: Identity,
-        hands: Hands,
+        hands: TargetContext,
         scene: Scene,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._who, self._scene, self._events, self._now = who, scene, hands.events, now
-        self._hand = Hand(who, hands, "gizmo")
+        self._hand = TargetControl(who, hands, "gizmo")
         self._dragging = False
         self._refused_at = -math.inf
 

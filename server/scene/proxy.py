@@ -23,7 +23,7 @@ from server.http.frames import DRAW_SPARINGLY, TELL_ESCAPE, TELL_MOVED, TELL_TOU
 from server.http.given import given
 from server.http.rates import POLICY, Rates, Verdict
 from server.http.who import Identity, Me
-from server.operate.hand import Hands
+from server.operate.target_control import TargetContext
 from server.scene.drag import Drag
 from server.scene.messages import Scheme, SeatId, View
 from server.scene.scene import GivenScene, Scene
@@ -42,7 +42,7 @@ class Way:
     """From a browser's socket to viser's, and back."""
 
     scene: Scene
-    hands: Hands
+    hands: TargetContext
     rates: Rates
     sessions: Sessions
 

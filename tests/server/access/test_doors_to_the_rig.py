@@ -37,7 +37,7 @@ DOORS = {
     "live/socket_handler.py": ["stop"],
     "operate/asking.py": ["request"],
     "operate/command_routes.py": ["stop"],
-    "operate/hand.py": ["present", "request", "request", "request", "request"],
+    "operate/target_control.py": ["present", "request", "request", "request", "request"],
     "operate/people.py": ["request"],
     "operate/settings.py": ["change"],
     "operate/reactions.py": ["hold_left"],

@@ -38,10 +38,10 @@ from server.live.hub import Viewer
 from server.live.socket_handler import SocketContext, SocketHandler
 from server.log.events import EventLog
 from server.operate import operator as operator_module
-from server.operate.hand import Hands
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.stopper import Stopper
+from server.operate.target_control import TargetContext
 from server.plots.feed import Feed, Plots
 from server.rig.client import Rig
 from server.rig.history import History
@@ -116,7 +116,7 @@ async def test_a_dragged_target_enters_few_functions_from_socket_to_link(
     sessions = Sessions(Secrets(token="right", key="k" * 20), "rig")
     stopper = Stopper(rig.stop, lambda: rig.met)
     operator = Operator(rig.send, rig.boot, lambda: history.newest, Settings(), stopper)
-    hands = Hands(lease, Permits(lease, sessions, rig.operator_timeout), operator, history, EventLog())
+    hands = TargetContext(lease, Permits(lease, sessions, rig.operator_timeout), operator, history, EventLog())
     who, inbox = sessions.open("right", "here"), asyncio.Queue[dict[str, str]]()
     lease.acquire(who)
     viewer = Viewer(cast(WebSocket, SimpleNamespace(receive=inbox.get)), who, Feed(Plots(history)))

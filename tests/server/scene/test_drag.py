@@ -10,8 +10,8 @@ from server.access.lease import OperatorLease
 from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
-from server.operate.hand import Hands
 from server.operate.operator import Operator
+from server.operate.target_control import TargetContext
 from server.rig.history import History
 from server.scene.drag import CAMERA, END, START, UPDATE, Drag
 from server.scene.gizmo import GIZMO
@@ -41,8 +41,8 @@ def lease() -> OperatorLease:
     return found
 
 
-def hands(seen: "Recorded", lease: OperatorLease, events: EventLog) -> Hands:
-    return Hands(lease, permits_of(lease), cast(Operator, seen), History(), events)
+def hands(seen: "Recorded", lease: OperatorLease, events: EventLog) -> TargetContext:
+    return TargetContext(lease, permits_of(lease), cast(Operator, seen), History(), events)
 
 
 def drag_of(who: Identity, lease: OperatorLease) -> tuple[Drag, Recorded]:

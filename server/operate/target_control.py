@@ -18,7 +18,7 @@ _MOVED = (Mode.HOLD, Mode.FOLLOW)
 """HOLD too: the newest row may be older than the press."""
 
 
-class Hands:
+class TargetContext:
     """What every hand needs, and which one pressed last."""
 
     def __init__(
@@ -26,7 +26,7 @@ class Hands:
     ) -> None:
         self.lease, self.permits, self.operator = lease, permits, operator
         self.history, self.events = history, events
-        self.last: Hand | None = None
+        self.last: TargetControl | None = None
 
     @property
     def moved(self) -> bool:
@@ -35,13 +35,13 @@ class Hands:
         return newest is not None and newest[0]["mode"] in _MOVED
 
 
-GivenHands = Annotated[Hands, given(Hands)]
+GivenTargetContext = Annotated[TargetContext, given(TargetContext)]
 
 
-class Hand:
+class TargetControl:
     """One page's, on the `target` of the plan or on the `gizmo` of the 3D view."""
 
-    def __init__(self, who: Identity, hands: Hands, grips: Literal["target", "gizmo"] = "target") -> None:
+    def __init__(self, who: Identity, hands: TargetContext, grips: Literal["target", "gizmo"] = "target") -> None:
         self._who, self._hands, self._grips = who, hands, grips
 
     def press(self, at: Target) -> "Future[CommandReply]":
