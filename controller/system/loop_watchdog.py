@@ -20,6 +20,7 @@ import traceback
 from collections.abc import Callable
 
 from controller.system.logs import flush_log
+from controller.system.thread import SupervisedThread
 
 log = logging.getLogger(__name__)
 
@@ -50,9 +51,8 @@ class LoopWatchdog:
         self._turns = 0
         self._turned = self._listened = 0.0
         self._stood, self._longest, self._last, self._count = 0.0, 0.0, -TROUBLE_S, 0
-        self._closed = threading.Event()
         self._main = threading.get_ident()
-        self._thread = threading.Thread(target=self._run, name="loop-watchdog", daemon=True)
+        self._thread = SupervisedThread("loop-watchdog", self._run)
         self._timer: asyncio.TimerHandle | None = None
 
     def start(self) -> None:
@@ -64,14 +64,14 @@ class LoopWatchdog:
 
     def stop(self) -> None:
         """Watch no more."""
-        self._closed.set()
+        self._thread.stop(0.0)
         if self._timer is not None:
             self._timer.cancel()
 
     @property
     def alive(self) -> bool:
         """Whether anybody watches."""
-        return self._thread.is_alive() or self._closed.is_set() or self._thread.ident is None
+        return self._thread.alive or self._thread.stopping or not self._thread.started
 
     @property
     def standing(self) -> float:
@@ -95,12 +95,12 @@ class LoopWatchdog:
         self._turns += 1
         before, self._turned = self._turned, time.monotonic()
         self._listened += min(self._turned - before, 2 * TURN_NOTED_S)
-        if not self._closed.is_set():
+        if not self._thread.stopping:
             self._timer = loop.call_later(TURN_NOTED_S, self._turn, loop)
 
     def _run(self) -> None:
         seen, woken = self._turns, time.monotonic()
-        while not self._closed.wait(TURN_NOTED_S):
+        while not self._thread.wait(TURN_NOTED_S):
             now = time.monotonic()
             passed, woken = min(now - woken, 2 * TURN_NOTED_S), now
             if self._turns != seen:
