@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import signal
+import subprocess
 import time
 from pathlib import Path
 from typing import IO, Any, NamedTuple
@@ -23,7 +24,6 @@ from controller.system.thread import SupervisedThread
 from controller.virtual.firmware import compiler
 from controller.virtual.process import VirtualProcess
 from server.campaign import inside, trace
-from server.campaign.certificates import make_certificates
 from server.campaign.person import Person
 from server.campaign.proxy import Proxy
 from server.campaign.table import BOARD_GAP, GAP
@@ -33,6 +33,24 @@ from server.presets.orders import Orders
 from server.recorder import client
 from server.settings import ServerSettings
 from server.supervise.up import ServerChild
+
+DAYS = "2"
+NAMES = "subjectAltName=IP:127.0.0.1,DNS:localhost\n"
+
+
+def make_certificates(folder: Path) -> None:
+    """ca.pem, cert.pem and key.pem in `folder`, which is made; `Skipped` where there is no openssl."""
+    if shutil.which("openssl") is None:
+        raise Skipped("no openssl here to make certificates with")
+    folder.mkdir()
+    (folder / "names.txt").write_text(NAMES)
+    for command in (
+        f"req -x509 -newkey rsa:2048 -nodes -days {DAYS} -subj /CN=tendril -keyout ca.key -out ca.pem",
+        "req -newkey rsa:2048 -nodes -subj /CN=rig -keyout key.pem -out cert.csr",
+        f"x509 -req -in cert.csr -CA ca.pem -CAkey ca.key -days {DAYS} -out cert.pem -extfile names.txt",
+    ):
+        subprocess.run(["openssl", *command.split()], cwd=folder, check=True, capture_output=True)
+
 
 CIRCLE = "circle_1hz"
 SPEED, SLOW = 0.1, 0.01

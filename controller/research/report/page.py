@@ -1,14 +1,19 @@
 """The page of `tendril reproduce`: sections in the order of the paper."""
 
+import os
+import platform
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
+from pydantic import BaseModel
 
 from controller.errors import TendrilError
 from controller.research.experiments.fitted_intervals import paper_fit
-from controller.research.experiments.results import Results
+from controller.research.experiments.results import ResultRow, Results
+from controller.research.report.bars import bars
 from controller.research.report.figures.drawing_figures import digit_plates, vu_plate
 from controller.research.report.figures.live_figures import live_plate
 from controller.research.report.figures.periodic_figures import circle_plate, tracking_plate
@@ -17,9 +22,8 @@ from controller.research.report.figures.sensing_figures import sensing_plates
 from controller.research.report.figures.snapshot_figures import snapshot_plate
 from controller.research.report.figures.step_figures import step_plates
 from controller.research.report.figures.supplement_figures import pressure_plate, sweep_plate
-from controller.research.report.full_table import full_table, setup_table
-from controller.research.report.headline import failed_runs, headline
-from controller.research.report.main_table import main_table
+from controller.research.report.fitted import fields_of, margins_table, provenance
+from controller.research.report.main_table import main_table, windows
 from controller.research.report.task_tables import (
     bounds_table,
     letter_table,
@@ -29,7 +33,97 @@ from controller.research.report.task_tables import (
     step_table,
     sweep_table,
 )
-from controller.text.document import NOTHING, document, joined
+from controller.research.report.wording import METRICS, metric_name, raised, run_name
+from controller.schema.fit import GAIN_NAMES
+from controller.schema.layout import quantity
+from controller.schema.parameters import ROD_ONLY
+from controller.simulation.metrics import UNITS
+from controller.text.document import NOTHING, dense, document, joined, table
+
+GAINS = (*GAIN_NAMES, "K_o", "B_o")
+
+
+def full_table(results: Results) -> Markup:
+    """A row for each run, a column for each metric: whole run above, after the approach below."""
+    runs: dict[str, dict[str, ResultRow]] = {}
+    for row in results.rows:
+        runs.setdefault(run_name(row.about), {})[row.about.metric] = row
+    used = [metric for metric in METRICS if any(metric in found for found in runs.values())]
+    head = ["run", *(metric_name(metric, UNITS[metric][0]) for metric in used)]
+    rows = [[name, *(_both(found.get(metric)) for metric in used)] for name, found in runs.items()]
+    return dense(table(head, rows, range(1, len(head))))
+
+
+def setup_table(results: Results, fit: Mapping[str, Any]) -> Markup:
+    """Numbers of the twin and gains of the controller; which of them were fitted, and how firmly the loop is stable."""
+    gains, twin = results.setup.gains, results.twin
+    foreign = twin.plant == "cosserat"
+    left_out = {"plant", "cosserat", "seed", *(ROD_ONLY if foreign else ())}
+    rows: list[tuple[str, str, str, str]] = [("plant", twin.plant, "", "")]
+    rows += [_number(twin, name, name in fit["twin"]) for name in type(twin).model_fields if name not in left_out]
+    own = fields_of(fit)
+    rows += [_number(twin.cosserat, name, name in own) for name in type(twin.cosserat).model_fields if foreign]
+    rows += [_number(gains, name, name in fit["gains"]) for name in GAINS]
+    return dense(table(("number", "value", "unit", ""), rows)) + margins_table(fit)
+
+
+def _both(row: ResultRow | None) -> str:
+    return "" if row is None else "failed" if row.failed else Markup("<br>").join(windows(row))
+
+
+def _number(model: BaseModel, name: str, is_fitted: bool) -> tuple[str, str, str, str]:
+    value = getattr(model, name)
+    values = value if isinstance(value, tuple) else (value,)
+    unit = quantity(type(model), name).unit
+    return name, ", ".join(f"{one:.4g}" for one in values), raised(unit) if unit != "1" else "", "fitted" * is_fitted
+
+
+def headline(results: Results, fit: Mapping[str, Any]) -> Markup:
+    """Bars as a list, facts as a table."""
+    items = joined(Markup("<li>{}</li>").format(one) for one in (*bars(results), failures(results)))
+    facts = [*provenance(fit), *circumstances(results)]
+    return Markup("<ul>{}</ul>{}").format(items, table(("", ""), facts, ()))
+
+
+def failures(results: Results) -> str:
+    """How many runs did not come to their end."""
+    count = len(results.failures)
+    return f"{count} of {results.runs} runs failed; see below." if count else "No run failed."
+
+
+def failed_runs(results: Results) -> Markup:
+    """All runs that did not come to their end, with their sentences."""
+    rows = [
+        (f"{case.reference}, {case.actuator}, {case.law}", str(case.seed), one.sentence)
+        for one in results.failures
+        for case in (one.case,)
+    ]
+    return table(("run", "seed", "why"), rows)
+
+
+def circumstances(results: Results) -> list[tuple[str, str]]:
+    """When, where and with which seeds."""
+    cores = os.cpu_count() or 1
+    return [
+        ("run", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC") + (", quick: each once" if results.quick else "")),
+        ("machine", f"{processor()}, {cores} cores; Python {platform.python_version()}, {platform.system()}"),
+        (
+            "time",
+            f"{results.seconds:.0f} s with {results.workers} process{'es' * (results.workers > 1)}, this page excluded",
+        ),
+        ("seeds", ", ".join(map(str, results.seeds))),
+    ]
+
+
+def processor() -> str:
+    """Name of the processor, as far as the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return next(iter(named), platform.processor() or platform.machine())
+
 
 HEADING = "The paper's experiments on the twin"
 ABOUT = (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from controller.drivers.assignment import assigned
+from controller.drivers.tracker import assigned
 
 
 @pytest.mark.parametrize("seed", range(300))

@@ -13,7 +13,8 @@ from controller.research.experiments.reproduce import Order, reproduce
 from controller.research.experiments.results import Failure, ObserverGain, ResultRow, SweepPoint
 from controller.research.identification.fit import Estimate, Fit, Misfit, Plot, PlotSeries
 from controller.research.identification.identify import IdentificationTask, save
-from controller.research.report import headline, main_table
+from controller.research.report import main_table
+from controller.research.report import page as reproduction_page
 from controller.research.report.figures.plate import Panel, Plate, plate_html
 from controller.research.report.page import report_page
 from controller.schema.actuator import PRESETS
@@ -78,7 +79,7 @@ def test_an_identification_report_shows_every_text_as_text(tmp_path: Path) -> No
 
 
 def test_a_reproduction_report_shows_every_text_as_text(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(headline, "processor", lambda: hostile("processor"))
+    monkeypatch.setattr(reproduction_page, "processor", lambda: hostile("processor"))
     monkeypatch.setattr(main_table, "remark", lambda row, known: hostile("remark"))
     about = paper_row("vu", "P2", "ff+pi", "rmse")
     named = replace(about, experiment=hostile("experiment"), actuator=hostile("actuator"), law=hostile("law"))

@@ -10,7 +10,7 @@ from server.access.user_files import UserFiles
 from server.http.who import Identity
 from server.plots.layouts import LAYOUTS_MAX, Layouts
 from server.plots.messages import CHANNELS_MAX, PlotLayout
-from server.plots.table import NothingKept, Table, Window, lines, table
+from server.plots.routes import NothingKept, Table, Window, lines, table
 from server.rig.history import BIN_TICKS, History
 from tests.server.live_server import TestServer, wait_for
 from tests.server.plots.test_history import filled, rows

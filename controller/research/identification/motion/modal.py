@@ -9,18 +9,27 @@ from scipy.linalg import eigh
 from scipy.optimize import minimize_scalar
 
 from controller.arrays import Array
+from controller.assembly.equilibrium import gravity_torque
 from controller.assembly.rod import build_rod
-from controller.assembly.stability import point_slopes
+from controller.assembly.stability import centre_jacobian, point_slopes
 from controller.errors import DataError
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import places
 from controller.research.identification.motion.damping import log_decrement
 from controller.research.identification.motion.directions import SURE, across_body, direction_law, law_scatter
-from controller.research.identification.motion.small import rest_matrices
 from controller.research.identification.offline import in_plane
 from controller.research.identification.plane import PlaneMotion
 from controller.research.identification.poses import fine
 from controller.schema.actuator import Actuator, Tracking
+
+
+def rest_matrices(model: RodModel) -> tuple[Array, Array, Array]:
+    """Inertia [kg m^2], the hinges' stiffness and gravity's [N m/rad] (N,N each) at rest."""
+    J_x, J_y = centre_jacobian(model, model.rest)
+    M = J_x.T * model.m @ J_x + J_y.T * model.m @ J_y + np.diag(model.I)
+    hinge = np.eye(model.L.size) - np.eye(model.L.size, k=-1)
+    return M, hinge.T * model.k @ hinge, -np.diag(gravity_torque(model, model.rest)[1])
+
 
 LATE = 0.3
 """Release and higher modes are over by then [s]."""
