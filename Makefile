@@ -93,7 +93,7 @@ test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
 
 test-long: setup chromium
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[engines]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[engines]' uv
 	$(BIN)/python -m pytest tests -rP -m "long or keyed" --renew
 
 # Only what is skipped while its inputs stay the same (tests/keyed.py).
