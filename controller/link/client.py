@@ -39,6 +39,7 @@ log = logging.getLogger(__name__)
 
 QUEUED_BATCHES = 1800
 """Batches kept for a slow reader: 30 s, as long as the rig's ring could refill them."""
+ROW = record_dtype(Telemetry)
 QUIET_S, GONE_S = 0.6, 1.0
 """Without a batch for so long users are told that the rig is gone; and the link itself gives it up."""
 LOOK_S = 1.0
@@ -194,11 +195,11 @@ class RigClient:
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that the rig's ring still holds."""
         payload = np.array([first, count], np.int64).tobytes()
-        return np.frombuffer(self._asker.ask(self._keys.replay, payload).payload, record_dtype(Telemetry))
+        return np.frombuffer(self._asker.ask(self._keys.replay, payload).payload, ROW)
 
     def replay_all(self, first: int, stop: int) -> np.ndarray:
         """The same of [first, stop), however many."""
-        parts = [np.empty(0, record_dtype(Telemetry))]
+        parts = [np.empty(0, ROW)]
         while first < stop:
             rows = self.replay(first, min(REPLAY_MAX, stop - first))
             parts.append(rows)
@@ -246,26 +247,25 @@ class RigClient:
         """In a thread of zenoh: only judge and queue; a full queue drops the batch, a replay brings it back."""
         now = time.monotonic()
         try:
-            batch = self._proven(sample, now)
-            self._hear(batch)
+            batch = self._heard_first(sample, now)
             if self._queue.qsize() < QUEUED_BATCHES:
                 self._queue.put(batch)
         except Unproven as error:
             self._refusals.note(self._keys.telemetry, error)
 
-    def _proven(self, sample: Any, now: float) -> _Batch:
+    def _heard_first(self, sample: Any, now: float) -> _Batch:
+        """A batch that bears the rig's proof, and was not sent before; raises Unproven."""
         attachment, payload = sample.attachment, sample.payload
         if attachment is None or len(attachment) > PROOF_BYTES:
             raise Unproven("refused: it bears no proof of the rig's key")
         found = payload.to_bytes()
-        return _Batch(*read_batch(self._key, self._keys.telemetry, attachment.to_bytes(), found), now, found)
-
-    def _hear(self, batch: _Batch) -> None:
+        batch = _Batch(*read_batch(self._key, self._keys.telemetry, attachment.to_bytes(), found), now, found)
         with self._hearing:
             if batch.boot in self._dead or (batch.boot == self._boot and batch.number <= self._heard):
                 raise Unproven(f"refused: batch {batch.number} of boot {batch.boot} was sent before")
             if batch.boot == self._boot:
                 self._heard, self._last, self._kept_out = batch.number, batch.arrived, None
+        return batch
 
     def _on_alive(self, sample: Any) -> None:
         change = self._alive.add if sample.kind == zenoh.SampleKind.PUT else self._alive.discard
@@ -314,7 +314,9 @@ class RigClient:
             self._meet(batch.boot)
         if self._boot != batch.boot or self._pace is None or batch.number <= self._floor:
             return
-        rows = _rows(batch.payload)
+        if len(batch.payload) % ROW.itemsize:
+            raise Unproven(f"refused: {len(batch.payload)} bytes are not rows of {ROW.itemsize}")
+        rows = np.frombuffer(batch.payload, ROW)
         self._paused = not len(rows)
         if self._paused:
             self._flows = True
@@ -378,11 +380,4 @@ class RigClient:
         except RigUnreachable:
             if self.connected:  # only slow: with the next batch the rows are asked for again
                 raise
-            return np.empty(0, record_dtype(Telemetry))
-
-
-def _rows(payload: bytes) -> np.ndarray:
-    dtype = record_dtype(Telemetry)
-    if len(payload) % dtype.itemsize:
-        raise Unproven(f"refused: {len(payload)} bytes are not rows of {dtype.itemsize}")
-    return np.frombuffer(payload, dtype)
+            return np.empty(0, ROW)

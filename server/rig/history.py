@@ -91,16 +91,13 @@ class History:
 
     def add(self, rows: Rows) -> None:
         """Append telemetry rows, oldest first."""
-        self._append(rows)
-        for on_rows in self._listeners:
-            on_rows(rows)
-
-    def _append(self, rows: Rows) -> None:
         newest = copied(rows[-1:])
         with self._lock:
             self._rows.add(rows)
             self.newest = newest
             self._fill_bins()
+        for on_rows in self._listeners:
+            on_rows(rows)
 
     def largest(self, name: str, start: int) -> float:
         """Of one field in the rows from number `start` on, as far as they are kept; nan without any."""

@@ -42,7 +42,7 @@ SENDING = {"Prover.batch"}
 """The rig's end."""
 PLOTS = {"extract", "numbers"}
 """Bins for the live plots: made of rows, and no part of the picture of the newest."""
-TO_PAGE_MAX, TO_FILE_MAX = 15, 29
+TO_PAGE_MAX, TO_FILE_MAX = 12, 27
 
 
 @contextmanager
