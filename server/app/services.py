@@ -16,7 +16,7 @@ from server.access.token_watch import IN_FORCE_S, TokenWatch
 from server.access.tokens import TokenFile
 from server.access.user_files import UserFiles
 from server.commissioning.commissioning import Commissioning
-from server.commissioning.motion import Through
+from server.commissioning.step_run import StepContext
 from server.commissioning.store import CommissionedFile, CommissioningStore, commissioning_file, data_folder
 from server.drawing.store import Drawings
 from server.hardware.rig_file import RigFileKeeper
@@ -112,7 +112,7 @@ class Services:
         """End plans, commands and link, then run and recording (which have then seen every row), then the 3D view."""
         for end in (self.tokens.stop, self.planner.stop, self.reader.stop):
             end()
-        for part in (self.operator, self.rig, self.procedures, self.runs, self.results, self.recorder):
+        for part in (self.operator, self.rig, self.procedures, self.results, self.recorder):
             part.close()
         for last in (self.scene, self.webhook, self.events.writer, self.audit.writer, self.folder, self.exports):
             if last is not None:
@@ -180,30 +180,30 @@ class Services:
     def _runs(self) -> None:
         rig, operator, events, state = self.rig, self.operator, self.events, self.settings.state
         self.results = Results(self._state("runs"), self.bus.publish)
-        self.runs = Runs(Tracker(rig, operator), self.planner, self.automatic, events, self.results)
+        self.steps = CommissioningStore(commissioning_file(state, self.settings.rig))
+        self.procedures = Procedures(Context(rig, self.history, operator, self.kept, events, self.steps))
+        tracker = Tracker(rig, operator)
+        self.runs = Runs(self.procedures, tracker, self.planner, self.automatic, self.results)
         self.history.listen(self.runs.inbox.put)
         self.previews, self.drawings = Previews(self.planner), Drawings(state / "drawings")
         gains = GainPresets(state / "gains.json")
-        acts = Acts(rig, operator, self.kept, self.runs, self.by_hand, self.drawings, gains.changes)
-        self.macros = Macros(acts, rig, operator, events)
+        acts = Acts(self.runs, self.by_hand, self.drawings, gains.changes)
+        self.macros = Macros(acts, self.procedures)
         self.macro_store = MacroStore(UserFiles(state / "macros", "the macro"))
         self.scene = Scene(lambda: self.history.newest, rig.actuator, self.settings.light_scene)
         self.plots, self.layouts = Plots(self.history), Layouts(UserFiles(state / "layouts", "the layout"))
 
     def _rig_made_known(self) -> None:
         """First mode, another actuator, commissioning."""
-        settings, rig, history, operator, kept = self.settings, self.rig, self.history, self.operator, self.kept
-        self.procedures = Procedures(Context(rig, history, operator, kept, self.events))
+        settings, rig, operator = self.settings, self.rig, self.operator
         self.outcomes = OutcomeWatch(settings, self.events)
         self.modes = FirstModes(modes_file(settings.state, settings.rig))
         self.first_mode = FirstModeMeasurement(Parts(self.procedures, self.planner, self.modes))
         change = Change(rig, self.outcomes, self.recorder, operator, self.events, settings)
         data = data_folder(settings.state, settings.rig)
         self.commissioning = Commissioning(
-            Through(rig, history, operator, kept, self.planner, rig.drivers, data, self.modes),
-            CommissioningStore(commissioning_file(settings.state, settings.rig)),
+            StepContext(self.procedures, self.steps, self.planner, rig.drivers, data, self.modes),
             CommissionedFile(RigFileKeeper(self.planner, change)),
-            self.events,
         )
 
     def _health_and_news(self) -> None:
@@ -226,10 +226,7 @@ class Services:
         """What is called again and again, and what is heard."""
         scheduler, events, every = self.scheduler, self.events, self.scheduler.every
         with_rows = {
-            "the run": self.runs.look,
-            "the macro": self.macros.look,
-            "procedures": self.procedures.look,
-            "the commissioning": self.commissioning.look,
+            "the procedure under way": self.procedures.look,
             "automatic recordings": self.automatic.look,
             "the live sockets": self.hub.frame,  # last: pages are told of what came of these
         }

@@ -12,10 +12,10 @@ from controller.schema.modes import Law
 from controller.schema.parameters import Settings
 from server.commissioning import planning
 from server.commissioning.messages import Number
-from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import Circle
+from server.commissioning.step_run import StepRun
 from server.commissioning.store import Found
-from server.operate.borrowing import POLL
+from server.procedure.motion import POLL_S
 
 SPEED_MAX, ACCELERATION_MAX = 0.05, 0.2
 """Limits of the reference while it lasts [m/s, m/s^2]."""
@@ -45,41 +45,41 @@ def reduced(before: Settings, rods: tuple[int, ...]) -> dict[str, object]:
     }
 
 
-async def do(run: Run, motion: Motion, through: Through) -> Found:
+async def do(run: StepRun) -> Found:
     """Go to the circle, then around: the first lap is not counted where there are more."""
-    circle = await through.planner.do(planning.small_circle, run.parameters)
+    circle = await run.parts.planner.do(planning.small_circle, run.parameters)
     laps, rods = run.body.repeats, run.file.motion_capture.rods
-    await motion.begin(**reduced(run.borrowing.before, rods))
+    await run.take_rig(**reduced(run.context.operator.settings, rods))
     run.say("goes to the circle's middle")
-    await _arrive(circle, motion)
-    return judged(await _around(circle, laps, run, motion), run.parameters.limits.residual_max, circle)
+    await _arrive(circle, run)
+    return judged(await _around(circle, laps, run), run.parameters.limits.residual_max, circle)
 
 
-async def _arrive(circle: Circle, motion: Motion) -> None:
+async def _arrive(circle: Circle, run: StepRun) -> None:
     """Lead the tip to the middle, and give it time to settle."""
     loop = asyncio.get_running_loop()
     end = loop.time() + PATIENCE
-    await motion.target(circle.middle)
-    while np.linalg.norm(motion.late(POLL)["p_ref"][-1] - circle.middle) > ARRIVED:
+    await run.target(circle.middle)
+    while np.linalg.norm(run.late(POLL_S)["p_ref"][-1] - circle.middle) > ARRIVED:
         if loop.time() > end:
             raise CommandRefused(f"the reference did not reach the circle's middle within {PATIENCE:g} s")
-        await asyncio.sleep(POLL)
+        await asyncio.sleep(POLL_S)
     await asyncio.sleep(SETTLES)
 
 
-async def _around(circle: Circle, laps: int, run: Run, motion: Motion) -> Rows:
+async def _around(circle: Circle, laps: int, run: StepRun) -> Rows:
     """Lead the target `laps` times around; the rows of what counts."""
     loop = asyncio.get_running_loop()
     start, lap = loop.time(), 2.0 * math.pi * circle.radius / SPEED
-    counted = motion.gather(*JUDGED)
+    counted = run.gather(*JUDGED)
     first = True
     while (passed := loop.time() - start) < laps * lap:
         run.say(f"lap {int(passed / lap) + 1} of {laps}", passed / (laps * lap))
         if first and laps > 1 and passed > lap:
-            counted, first = motion.gather(*JUDGED), False
-        await motion.target(place_on(circle, passed))
-        await asyncio.sleep(POLL)
-        counted.take(motion.now())
+            counted, first = run.gather(*JUDGED), False
+        await run.target(place_on(circle, passed))
+        await asyncio.sleep(POLL_S)
+        counted.take(run.now())
     return counted.rows()
 
 

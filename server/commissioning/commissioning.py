@@ -1,21 +1,15 @@
-"""The commissioning as a state machine: one step at a time, each begun, ended, accepted and taken back by the operator.
-
-A step's settings and torques are its own while it lasts (`motion.py`). It ends by whatever else is asked of the rig, as
-a macro does: its requests have a permit of their own.
-"""
+"""The commissioning: one step at a time, each begun, ended, accepted and taken back by the operator."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
-from controller.errors import CommandRefused, TendrilError
-from controller.schema.modes import Cause, Mode, Request
+from controller.errors import CommandRefused
+from controller.schema.modes import Mode
 from controller.schema.rig_file import RigFile
-from controller.system.tasks import Tasks
 from controller.system.whole_file import write_whole
-from server.access.permit import Permit, own
+from server.access.permit import Permit
 from server.commissioning import closed_loop, drivers, frame, pressure, report, sweep
 from server.commissioning.frame import Framing
 from server.commissioning.identify import identify, kept_mode
@@ -30,33 +24,42 @@ from server.commissioning.messages import (
     StartBody,
     StepName,
 )
-from server.commissioning.motion import Motion, Run, Through, put_back, require_vented, rest
+from server.commissioning.step_run import StepContext, StepRun, require_vented
 from server.commissioning.steps import STILL_STEPS, Seen, lacking, resting_on, step_view
-from server.commissioning.store import KEPT_TEXT, CommissionedFile, CommissioningStore, Found, KeptResult, value_of
+from server.commissioning.store import KEPT_TEXT, CommissionedFile, Found, KeptResult, value_of
 from server.hardware.messages import RigFileState
 from server.http.given import given
-from server.log.events import EventLog
-from server.operate.asking import asked_for, found_in, why_over
-from server.operate.borrowing import Borrowing
 from server.presets.first_mode.store import plant_of
 
 MEASURED = {"frame": "motion_capture.frame.measured", "pressure": "valves.measured"}
 """What going back behind these steps takes back in the rig file."""
-Act = Callable[[Run, Motion], Awaitable[Found]]
+ACTS: dict[StepName, Callable[[StepRun], Awaitable[Found]]] = {
+    "drivers": drivers.do,
+    "signs": frame.signs,
+    "pressure": pressure.do,
+    "statics": sweep.statics,
+    "decay": sweep.decays,
+    "identify": identify,
+    "closed_loop": closed_loop.do,
+}
+"""What each step does; jog and frame are also spoken to while they go on."""
 
 
 class Commissioning:
-    """Only the event loop uses it, but for `hear` and `report`."""
+    """Only the event loop uses it, but for `report`."""
 
-    def __init__(self, through: Through, store: CommissioningStore, file: CommissionedFile, events: EventLog) -> None:
-        self._through, self._store, self._file, self._events = through, store, file, events
-        self._tasks = Tasks(lambda text: events.add(text, "error"))
-        self._run: Run | None = None
+    def __init__(self, parts: StepContext, file: CommissionedFile) -> None:
+        self._parts, self._store, self._file = parts, parts.store, file
+        self._context = parts.procedures.context
+        self._last: StepRun | None = None
         self._jogging: Jogging | None = None
         self._framing: Framing | None = None
         self._writing = asyncio.Lock()
-        self._returning = False
-        through.operator.listen(self.hear)
+
+    @property
+    def _run(self) -> StepRun | None:
+        """The step under way, until the rig is given back and its result kept."""
+        return None if self._last is None or self._last.over else self._last
 
     async def state(self) -> CommissioningState:
         """Where it stands."""
@@ -82,14 +85,13 @@ class Commissioning:
         if view.needs or file.rig is None:
             raise CommandRefused("; ".join(view.needs))
         if step not in STILL_STEPS:
-            require_vented(self._through)
+            require_vented(self._context.rig)
         permit.require()
-        info = self._through.rig.require_info()
-        run = Run(step, body, permit, info, file.rig, Path(file.path).parent, self._through)
-        act = self._act(run)  # may refuse
-        self._run = run
-        self._events.add(f"{permit.name}: commissioning, {TITLES[step]} started")
-        self._tasks.begin(f"commissioning, {TITLES[step]}", self._go(run, act))
+        run = StepRun(step, body, permit, file.rig, Path(file.path).parent, self._parts)
+        run.act = self._act(step)
+        run.advice = lambda cause: pressure.advice(step, cause, run.file.valves)
+        self._last = run
+        self._parts.procedures.start(run)
 
     def stop(self, step: StepName, permit: Permit) -> None:
         """End it; CommandRefused when it is not under way."""
@@ -97,7 +99,7 @@ class Commissioning:
         if run is None or run.step != step:
             raise CommandRefused(f"{TITLES[step]} is not under way")
         permit.require()
-        self._end(run, f"stopped by {permit.name}")
+        run.end(f"stopped by {permit.name}")
 
     def jog(self, chamber: Chamber | None, permit: Permit) -> None:
         """Fill `chamber` for another moment, or let go; CommandRefused unless the jog step is under way."""
@@ -118,7 +120,7 @@ class Commissioning:
         await self._framing.capture(body, run)
 
     async def accept(self, step: StepName, permit: Permit) -> None:
-        """Write what `step` came to; where that changes a value, what rests on it is to be done anew.
+        """Write what `step` came to; where that changes a value, what rests on it is to be done again.
 
         CommandRefused unless it is done, ParameterError where the file cannot have it.
         """
@@ -132,12 +134,12 @@ class Commissioning:
             if file.rig is None:
                 raise CommandRefused(file.reason)
             await self._write_files(result)
-            anew = any(value_of(file.rig, field) != value for field, value in result.changes.items())
-            gone = resting_on(step) - {step} if anew else set()
+            changed = any(value_of(file.rig, field) != value for field, value in result.changes.items())
+            gone = resting_on(step) - {step} if changed else set()
             await self._file.change(_accepted(step, result, file.rig, gone), permit)
             await self._keep_mode(result)
             await asyncio.to_thread(self._store.forget, gone)
-        self._events.add(f"{permit.name}: commissioning, {TITLES[step]} accepted: {result.text}")
+        self._context.events.add(f"{permit.name}: commissioning, {TITLES[step]} accepted: {result.text}")
 
     async def back(self, step: StepName, permit: Permit) -> None:
         """Forget what `step` came to, and what rests on it; CommandRefused while a step is under way."""
@@ -156,33 +158,16 @@ class Commissioning:
             self._jogging = None
         if "frame" in gone:
             self._framing = None
-        self._events.add(f"{permit.name}: commissioning goes back to {TITLES[step]}")
+        self._context.events.add(f"{permit.name}: commissioning goes back to {TITLES[step]}")
 
     def report(self) -> str:
         """All of it as one HTML page; reads the rig file."""
-        info, file = self._through.rig.info, self._file.state()
+        info, file = self._context.rig.info, self._file.state()
         return report.page(file, self._store.kept, info)
 
-    def hear(self, request: Request, permit: Permit | None) -> None:
-        """Something is about to be asked of the rig, in any thread: what no step asks for ends it."""
+    def _under_way(self, step: StepName, permit: Permit) -> StepRun:
         run = self._run
-        if run is None or run.over or not run.moves or permit is run.leave or run.overtaken:
-            return
-        run.overtaken = asked_for(request, permit)
-
-    def look(self) -> None:
-        """A job: end what may not go on; give back what an earlier server has borrowed."""
-        run = self._run
-        if run is not None:
-            if not run.over and (why := self._why_over(run)):
-                self._end(run, why)
-        elif self._store.kept.borrowed is not None and not self._returning and self._through.rig.boot() is not None:
-            self._returning = True
-            self._tasks.begin("the settings that a step had borrowed", self._give_back())
-
-    def _under_way(self, step: StepName, permit: Permit) -> Run:
-        run = self._run
-        if run is None or run.step != step or run.over:
+        if run is None or run.step != step or not run.running:
             raise CommandRefused(f"{TITLES[step]} is not under way: start it first")
         permit.require()
         return run
@@ -192,85 +177,20 @@ class Commissioning:
             raise CommandRefused(f"{TITLES[self._run.step]} is under way: stop it first")
 
     def _seen(self, file: RigFileState) -> Seen:
-        rig, row = self._through.rig, self._through.rig.newest
+        rig, row = self._context.rig, self._context.rig.newest
         mode = None if row is None or rig.boot() is None else Mode(int(row[0]["mode"]))
         info = rig.info
         in_force = file.in_force or (info is not None and info.twin)
         return Seen(file, self._store.kept.results, self._run.step if self._run else None, mode, in_force)
 
-    def _act(self, run: Run) -> Act:
-        """What `run` does; jog and frame are also spoken to while they go on."""
-        through = self._through
-        if run.step == "jog":
+    def _act(self, step: StepName) -> Callable[[StepRun], Awaitable[Found]]:
+        if step == "jog":
             self._jogging = Jogging()
             return self._jogging.do
-        if run.step == "frame":
-            self._framing = Framing(through)
+        if step == "frame":
+            self._framing = Framing()
             return self._framing.do
-        acts: dict[StepName, Act] = {
-            "drivers": lambda run, motion: drivers.do(run, through),
-            "signs": frame.signs,
-            "pressure": lambda run, motion: pressure.do(run, motion, through),
-            "statics": lambda run, motion: sweep.statics(run, motion, through),
-            "decay": lambda run, motion: sweep.decays(run, motion, through),
-            "identify": lambda run, motion: identify(run, through, self._store.kept.results),
-            "closed_loop": lambda run, motion: closed_loop.do(run, motion, through),
-        }
-        return acts[run.step]
-
-    def _why_over(self, run: Run) -> str:
-        """Why it may not go on, "" while it may."""
-        rig, newest = self._through.rig, self._through.rig.newest
-        if not run.moves:
-            return ""
-        if (why := why_over(rig, run.info.boot, run.permit, run.overtaken)) or newest is None:
-            return why
-        mode, cause = Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"]))
-        stopped = run.borrowing.ours is not None and mode in (Mode.FAULT, Mode.E_STOP)
-        if stopped or (run.follows and mode != Mode.FOLLOW):
-            hint = pressure.advice(run.step, cause, run.file.valves)
-            return found_in(mode, cause) + hint
-        return "the settings were changed" if run.borrowing.changed and not run.returning else ""
-
-    async def _go(self, run: Run, act: Act) -> None:
-        run.task = asyncio.current_task()
-        motion, found = Motion(self._through, self._store, run), None
-        try:
-            found = await act(run, motion)
-        except TendrilError as error:
-            run.over = run.over or self._why_over(run) or str(error)
-        except asyncio.CancelledError:
-            if not run.over:
-                raise
-        except Exception:
-            run.over = run.over or "it failed"
-            raise
-        finally:
-            run.moves = False
-            try:
-                await motion.end()
-                await self._settle(run, found)
-            finally:
-                self._run = None
-
-    async def _settle(self, run: Run, found: Found | None) -> None:
-        """Keep what came of it."""
-        if found is None or run.over:
-            found = Found(False, f"ended at “{run.doing}”: {run.over or 'it failed'}")
-        before = {field: value_of(run.file, field) for field in found.changes}
-        result = KeptResult(**found._asdict(), before=before, by=run.permit.name, at=datetime.now(UTC))
-        try:
-            await asyncio.to_thread(self._store.keep, run.step, result)
-        except OSError as error:
-            self._events.add(f"the result of {TITLES[run.step]} cannot be kept: {error.strerror}", "error")
-        self._events.add(f"commissioning, {TITLES[run.step]}: {found.text}", "info" if found.good else "warning")
-
-    def _end(self, run: Run, reason: str) -> None:
-        if run.over:
-            return
-        run.over = reason
-        if run.task is not None and run.task is not asyncio.current_task():
-            run.task.cancel()
+        return ACTS[step]
 
     async def _write_files(self, result: KeptResult) -> None:
         """What lies beside the rig file and is named in it."""
@@ -286,29 +206,17 @@ class Commissioning:
     async def _keep_mode(self, result: KeptResult) -> None:
         """Let what rests on damping and kappa, as the gains' margins, have them as measured."""
         decay = self._store.kept.results.get("decay", result)
-        mode = kept_mode(result, decay.at, plant_of(self._through.rig.require_info()))
+        mode = kept_mode(result, decay.at, plant_of(self._context.rig.require_info()))
         if mode is None:
             return
         try:
-            await asyncio.to_thread(self._through.modes.keep, mode)
+            await asyncio.to_thread(self._parts.modes.keep, mode)
         except OSError as error:
-            self._events.add(f"damping and kappa cannot be kept: {error.strerror}", "error")
-
-    async def _give_back(self) -> None:
-        """An earlier server ended in the middle of a step: let the rig vent, then put the operator's settings back."""
-        through, borrowed = self._through, self._store.kept.borrowed
-        try:
-            boot, ours = through.rig.boot(), through.operator.settings
-            if borrowed is not None and boot is not None:
-                await rest(through, boot, own())
-                await put_back(Borrowing(through.operator, through.kept, own(), borrowed, ours), self._store)
-                self._events.add("the settings that a step of the commissioning had borrowed are put back", "warning")
-        finally:
-            self._returning = False
+            self._context.events.add(f"damping and kappa cannot be kept: {error.strerror}", "error")
 
 
 def _accepted(step: StepName, result: KeptResult, rig: RigFile, gone: set[StepName]) -> dict[str, object]:
-    """What the rig file is to have by `result` of `step`; what rests on it and is `gone` is to be done anew."""
+    """What the rig file is to have by `result` of `step`; what rests on it and is `gone` is to be done again."""
     told = {name: text for name, text in rig.commissioned.items() if name not in gone}
     if not result.again:
         told[step] = result.text[:KEPT_TEXT]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from controller.errors import CommandRefused
 from controller.schema.hardware import Drivers, DriverStatus
 from server.commissioning.messages import Number
-from server.commissioning.motion import Run, Through
+from server.commissioning.step_run import StepRun
 from server.commissioning.store import Found
 
 WATCHED, LOOK = 2.0, 0.2
@@ -19,13 +19,13 @@ LATENCY_MAX = 0.05
 """Of a frame from capture to arrival [s]: as old as the feedback takes it."""
 
 
-async def do(run: Run, through: Through) -> Found:
+async def do(run: StepRun) -> Found:
     """Look at both for a while. Raises CommandRefused where the rig has no drivers."""
     looks: list[Drivers] = []
     steps = int(WATCHED / LOOK)
     for step in range(steps + 1):
         run.say("watches both drivers", step / steps)
-        looks.append(await asyncio.to_thread(through.drivers))
+        looks.append(await asyncio.to_thread(run.parts.drivers))
         if not looks[-1].drivers:
             raise CommandRefused("the rig has no drivers: its plant is simulated")
         await asyncio.sleep(LOOK)

@@ -13,7 +13,7 @@ from controller.schema.hardware import Drivers
 from server.commissioning import planning
 from server.commissioning.jog import jog_pressure, jog_torque
 from server.commissioning.messages import PLACES, CaptureBody, Captured, Number, Place, PointName
-from server.commissioning.motion import Motion, Run, Through
+from server.commissioning.step_run import StepRun
 from server.commissioning.store import Found
 
 WINDOW, LOOK = 0.5, 0.02
@@ -42,8 +42,7 @@ PAIRS = (("u1+", 0), ("u2+", 2))
 class Framing:
     """Captures are asked for by the page, and taken by the step."""
 
-    def __init__(self, through: Through) -> None:
-        self._through = through
+    def __init__(self) -> None:
         self._points: dict[Place, Captured] = {}
         self._asked: asyncio.Queue[tuple[CaptureBody, asyncio.Future[None]]] = asyncio.Queue()
 
@@ -51,19 +50,19 @@ class Framing:
         """For the page, in the order in which they are touched."""
         return [self._points[place] for place in PLACES if place in self._points]
 
-    async def capture(self, body: CaptureBody, run: Run) -> None:
+    async def capture(self, body: CaptureBody, run: StepRun) -> None:
         """Take one point; raises what is wrong with it, and CommandRefused where the step ends meanwhile."""
         answer: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._asked.put_nowait((body, answer))
         while not answer.done():
-            if run.over or (run.task is not None and run.task.done()):
-                raise CommandRefused(f"the frame step has ended{': ' if run.over else ''}{run.over}")
+            if not run.running:
+                raise CommandRefused(f"the frame step has ended{': ' if run.reason else ''}{run.reason}")
             await asyncio.wait([answer], timeout=0.1)
         answer.result()
 
-    async def do(self, run: Run, motion: Motion) -> Found:
+    async def do(self, run: StepRun) -> Found:
         """Until all three are captured."""
-        rest = await self._through.planner.do(planning.rest_tip, run.parameters)
+        rest = await run.parts.planner.do(planning.rest_tip, run.parameters)
         while missing := [place for place in PLACES if place not in self._points]:
             run.say(f"waits for {', '.join(missing)} to be captured", 1.0 - len(missing) / len(PLACES), waits=True)
             try:
@@ -71,7 +70,7 @@ class Framing:
             except TimeoutError as error:
                 raise CommandRefused(f"nothing was captured for {IDLE:g} s") from error
             try:
-                self._points[body.place] = await self._take(body, run, motion)
+                self._points[body.place] = await self._take(body, run)
             except TendrilError as error:
                 if not answer.done():
                     answer.set_exception(error)
@@ -81,50 +80,52 @@ class Framing:
         places = [np.array(self._points[place].at) for place in PLACES]
         return judged_frame(places, run.actuator.length, rest)
 
-    async def _take(self, body: CaptureBody, run: Run, motion: Motion) -> Captured:
+    async def _take(self, body: CaptureBody, run: StepRun) -> Captured:
         run.say(f"captures {body.place}", len(self._points) / len(PLACES))
         if body.place != "bent":
-            return await self._median(body, None)
+            return await _median(body, None, run)
         if "tip" not in self._points:
             raise CommandRefused("capture the tip at rest first: the bent pose is that of the same point")
-        await motion.begin()
+        await run.take_rig()
         try:
             pressure = jog_pressure(0, run.body.pressure, run.parameters)
-            await motion.torque(jog_torque(0, pressure, run.parameters))
-            near = await self._led(np.array(self._points["tip"].at), body.point)
-            return await self._median(body, near)
+            await run.torque(jog_torque(0, pressure, run.parameters))
+            near = await _led(np.array(self._points["tip"].at), body.point, run)
+            return await _median(body, near, run)
         finally:
-            if not run.over:
-                await motion.end()
+            if run.running:
+                await run.give_back()
 
-    async def _led(self, start: Array, name: PointName | None) -> Array | None:
-        """Follow the tip's point from `start` (3,) while it bends, where it has no name of its own."""
-        if name is not None and not name.startswith("#"):
-            await asyncio.sleep(BENDS)
-            return None
-        loop, at = asyncio.get_running_loop(), start
-        end = loop.time() + BENDS
-        while loop.time() < end:
-            points = points_in(await asyncio.to_thread(self._through.drivers))
-            at = min(points.values(), key=lambda point: float(np.linalg.norm(point - at)), default=at)
-            await asyncio.sleep(LOOK)
-        return at
 
-    async def _median(self, body: CaptureBody, near: Array | None) -> Captured:
-        """Median of a point over WINDOW: by name, or the one nearest to where it was last."""
-        loop, seen, name = asyncio.get_running_loop(), list[Array](), body.point
-        end = loop.time() + WINDOW
-        while loop.time() < end:
-            points = points_in(await asyncio.to_thread(self._through.drivers))
-            if near is None:
-                name = _chosen(points, name)
-                near = points[name]
-            one = _followed(points, name, near)
-            if one is not None:
-                seen.append(one)
-                near = one
-            await asyncio.sleep(LOOK)
-        return captured(body.place, name or "", seen)
+async def _led(start: Array, name: PointName | None, run: StepRun) -> Array | None:
+    """Follow the tip's point from `start` (3,) while it bends, where it has no name of its own."""
+    if name is not None and not name.startswith("#"):
+        await asyncio.sleep(BENDS)
+        return None
+    loop, at = asyncio.get_running_loop(), start
+    end = loop.time() + BENDS
+    while loop.time() < end:
+        points = points_in(await asyncio.to_thread(run.parts.drivers))
+        at = min(points.values(), key=lambda point: float(np.linalg.norm(point - at)), default=at)
+        await asyncio.sleep(LOOK)
+    return at
+
+
+async def _median(body: CaptureBody, near: Array | None, run: StepRun) -> Captured:
+    """Median of a point over WINDOW: by name, or the one nearest to where it was last."""
+    loop, seen, name = asyncio.get_running_loop(), list[Array](), body.point
+    end = loop.time() + WINDOW
+    while loop.time() < end:
+        points = points_in(await asyncio.to_thread(run.parts.drivers))
+        if near is None:
+            name = _chosen(points, name)
+            near = points[name]
+        one = _followed(points, name, near)
+        if one is not None:
+            seen.append(one)
+            near = one
+        await asyncio.sleep(LOOK)
+    return captured(body.place, name or "", seen)
 
 
 def points_in(found: Drivers) -> dict[str, Array]:
@@ -221,19 +222,19 @@ def _chosen(points: dict[str, Array], name: PointName | None) -> PointName:
     return name
 
 
-async def signs(run: Run, motion: Motion) -> Found:
+async def signs(run: StepRun) -> Found:
     """Fill u1+, then u2+, and look where the tip goes."""
-    await motion.begin()
+    await run.take_rig()
     ways = []
     for number, (name, chamber) in enumerate(PAIRS):
         run.say(f"fills {name}", number / len(PAIRS))
         await asyncio.sleep(TIP_WINDOW)
-        begin = motion.tip(TIP_WINDOW)
+        begin = run.tip(TIP_WINDOW)
         pressure = jog_pressure(chamber, run.body.pressure, run.parameters)
-        await motion.torque(jog_torque(chamber, pressure, run.parameters))
+        await run.torque(jog_torque(chamber, pressure, run.parameters))
         await asyncio.sleep(SIGN_BENDS)
-        ways.append(motion.tip(TIP_WINDOW) - begin)
-        await motion.torque((0.0, 0.0))
+        ways.append(run.tip(TIP_WINDOW) - begin)
+        await run.torque((0.0, 0.0))
         await asyncio.sleep(SIGN_RESTS)
     return judged_signs(ways)
 

@@ -5,7 +5,6 @@ import hashlib
 import os
 import re
 import sys
-from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -17,8 +16,8 @@ from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator, Tracking, parse_actuator, write_actuator
 from controller.schema.parameters import OBSERVER_KAPPA
 from server.commissioning import planning
-from server.commissioning.messages import Number, StepName
-from server.commissioning.motion import Run, Through
+from server.commissioning.messages import Number
+from server.commissioning.step_run import StepRun
 from server.commissioning.store import Found, KeptResult
 from server.commissioning.sweep import DECAYS, POSES
 from server.presets.first_mode.messages import Interval, KeptMode, MeasuredMode, Plant
@@ -36,13 +35,13 @@ CHANGED_MOST = 20.0
 """An actuator this many times stiffer or softer than was believed is another one, or was measured wrongly."""
 
 
-async def identify(run: Run, through: Through, results: Mapping[StepName, KeptResult]) -> Found:
+async def identify(run: StepRun) -> Found:
     """Run it on the poses, with the damping ratio that the decays told; where they told none, on their table.
 
     Raises CommandRefused where a table is missing, or it says what is wrong.
     """
-    run.moves = False
-    folder, name = through.folder, f"{run.file.name}-identified.toml"
+    run.has_rig = False
+    folder, name = run.parts.folder, f"{run.file.name}-identified.toml"
     poses, decays = folder / POSES, folder / DECAYS
     if missing := [path.name for path in (poses, decays) if not path.exists()]:
         raise CommandRefused(f"{missing[0]} is missing: measure it anew")
@@ -50,7 +49,7 @@ async def identify(run: Run, through: Through, results: Mapping[StepName, KeptRe
     believed = await asyncio.to_thread(unbounded, run)
     await asyncio.to_thread(write_actuator, as_base(believed, run.file.motion_capture.rods), base)
     run.say("runs tendril identify")
-    mode = mode_in(results.get("decay"))
+    mode = mode_in(run.parts.store.kept.results.get("decay"))
     damping = [str(decays)] if mode is None else ["--zeta", f"{mode.zeta.value:.4g}"]
     asked, note = ["--actuator", str(base), "--out", str(out)], ""
     try:
@@ -71,7 +70,7 @@ async def identify(run: Run, through: Through, results: Mapping[StepName, KeptRe
     if mode is None:
         return result
     rig = run.parameters.with_actuator(found)
-    return with_mode(result, mode, await through.planner.do(planning.kappa_of, mode.frequency.value, rig))
+    return with_mode(result, mode, await run.parts.planner.do(planning.kappa_of, mode.frequency.value, rig))
 
 
 def file_name(rig: str, text: str) -> str:
@@ -119,7 +118,7 @@ def kept_mode(result: KeptResult, measured: datetime, plant: Plant) -> KeptMode 
     return KeptMode(actuator=parse_actuator(text, name), plant=plant, measured=measured, mode=mode)
 
 
-def unbounded(run: Run) -> Actuator:
+def unbounded(run: StepRun) -> Actuator:
     """The actuator that the rig believes in, with its own u_max: how far the valves may go is nothing of the body."""
     named = run.file.found_actuator(run.folder)
     return named if run.parameters.with_actuator(named).actuator == run.actuator else run.actuator

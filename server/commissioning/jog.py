@@ -10,9 +10,9 @@ from controller.arrays import Array
 from controller.errors import CommandRefused
 from controller.schema.parameters import RigParameters
 from server.commissioning.messages import CHAMBERS, Chamber, Jogged, JogView, Number
-from server.commissioning.motion import Motion, Run
+from server.commissioning.step_run import StepRun
 from server.commissioning.store import Found
-from server.operate.borrowing import POLL, Torques
+from server.procedure.motion import POLL_S, Torques
 
 RENEWED = 0.4
 """A held button counts for so long [s]."""
@@ -91,33 +91,33 @@ class Jogging:
             jogged=list(self._jogged.values()),
         )
 
-    async def do(self, run: Run, motion: Motion) -> Found:
+    async def do(self, run: StepRun) -> Found:
         """Fill what is held until all four are confirmed."""
-        await motion.begin()
+        await run.take_rig()
         press: _Press | None = None
         self._last = self._now()
         while not all(one in self._jogged and self._jogged[one].filled for one in CHAMBERS):
             if self._now() - self._last > IDLE:
                 raise CommandRefused(f"no button was held for {IDLE:g} s")
-            press = await self._follow(press, run, motion)
+            press = await self._follow(press, run)
             confirmed = sum(one.filled is not None for one in self._jogged.values())
             run.say(_doing(press), confirmed / len(CHAMBERS), waits=press is None)
-            await asyncio.sleep(POLL)
+            await asyncio.sleep(POLL_S)
         found = judged(list(self._jogged.values()), run.file.valves.chambers)
         return found
 
-    async def _follow(self, press: _Press | None, run: Run, motion: Motion) -> _Press | None:
+    async def _follow(self, press: _Press | None, run: StepRun) -> _Press | None:
         """Let the torques follow the button."""
-        self._measured = motion.pressures(WINDOW)
+        self._measured = run.pressures(WINDOW)
         held = self.held()
         if held != (press.chamber if press else None):
             if held is None:
-                await motion.torque((0.0, 0.0))
+                await run.torque((0.0, 0.0))
                 self._pressure = 0.0
                 return None
             self._pressure = jog_pressure(held, run.body.pressure, run.parameters, unknown=True)
             press = _Press(held, self._now(), self._measured)
-            await motion.torque(jog_torque(held, self._pressure, run.parameters))
+            await run.torque(jog_torque(held, self._pressure, run.parameters))
         elif press is not None and self._now() - press.since > SETTLED:
             self._note(press.chamber, self._measured - press.level)
         return press

@@ -13,10 +13,10 @@ from controller.schema.parameters import RigParameters
 from server.commissioning import planning
 from server.commissioning.jog import jog_torque
 from server.commissioning.messages import CHAMBERS, Number, StepName
-from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import PressureFit, PressureSteps, RawLoop
+from server.commissioning.step_run import StepRun
 from server.commissioning.store import Found
-from server.operate.borrowing import POLL
+from server.procedure.motion import POLL_S
 
 USUAL, SHARE_MAX = 80e3, 0.5
 """Largest pressure of a step [Pa], and its bound as a share of that of full torque."""
@@ -51,55 +51,55 @@ def step_pressure(asked: float | None, rig: RigParameters) -> float:
     return min(USUAL, SHARE_MAX * full) if asked is None else asked
 
 
-async def do(run: Run, motion: Motion, through: Through) -> Found:
+async def do(run: StepRun) -> Found:
     """Steps in all four chambers, then the fit; before that the loop of raw valves is seen to."""
     level = step_pressure(run.body.pressure, run.parameters)
     valves, raw = run.file.valves, None
-    await motion.begin()
+    await run.take_rig()
     if valves.command == "opening":
         first = min(level, FIRST_SHARE * run.parameters.limits.pressure_off_max)
-        steps = await _all_steps(first, FIRST_LEVELS, run, motion)
+        steps = await _all_steps(first, FIRST_LEVELS, run)
         run.say("finds the valves", 1.0)
-        raw = await through.planner.do(planning.raw_loop, steps, valves, run.parameters)
+        raw = await run.parts.planner.do(planning.raw_loop, steps, valves, run.parameters)
         if not same_loop(valves.loop, raw.wanted):
             return proposed(raw)
-    steps = await _all_steps(level, LEVELS * run.body.repeats, run, motion)
-    run.moves = False
-    await motion.end()
+    steps = await _all_steps(level, LEVELS * run.body.repeats, run)
+    run.has_rig = False
+    await run.give_back()
     run.say("finds dead time and lag", 1.0)
-    fit = await through.planner.do(planning.pressure_fit, steps, run.parameters)
+    fit = await run.parts.planner.do(planning.pressure_fit, steps, run.parameters)
     return judged(fit, level, raw)
 
 
-async def _all_steps(level: float, levels: Sequence[float], run: Run, motion: Motion) -> tuple[PressureSteps, ...]:
+async def _all_steps(level: float, levels: Sequence[float], run: StepRun) -> tuple[PressureSteps, ...]:
     """One chamber after another."""
-    return tuple([await _steps(chamber, level, levels, run, motion) for chamber in range(len(CHAMBERS))])
+    return tuple([await _steps(chamber, level, levels, run) for chamber in range(len(CHAMBERS))])
 
 
-async def _steps(chamber: int, level: float, levels: Sequence[float], run: Run, motion: Motion) -> PressureSteps:
+async def _steps(chamber: int, level: float, levels: Sequence[float], run: StepRun) -> PressureSteps:
     """Those of one chamber, to `levels` of `level` [Pa]."""
     await asyncio.sleep(HOLDS / 2)
-    seen, starts = motion.gather("slot", "pressure_cmd", "pressure_meas"), []
+    seen, starts = run.gather("slot", "pressure_cmd", "pressure_meas"), []
     await asyncio.sleep(HOLDS / 2)
     for number, share in enumerate(levels):
         run.say(f"steps {CHAMBERS[chamber]}", (chamber + number / len(levels)) / len(CHAMBERS))
-        starts.append(motion.slot())
-        await motion.torque(jog_torque(chamber, share * level, run.parameters))
-        await _hold(chamber, motion)
-        seen.take(motion.now())
+        starts.append(run.slot())
+        await run.torque(jog_torque(chamber, share * level, run.parameters))
+        await _hold(chamber, run)
+        seen.take(run.now())
     rows = seen.rows()
     asked, shown = rows["pressure_cmd"][:, chamber], rows["pressure_meas"][:, chamber]
     return PressureSteps(rows["slot"].copy(), asked.copy(), shown.copy(), tuple(starts))
 
 
-async def _hold(chamber: int, motion: Motion) -> None:
+async def _hold(chamber: int, run: StepRun) -> None:
     """A step lasts until its chamber stands still: a slow one would else seem to stop short of its setpoint."""
     await asyncio.sleep(HOLDS)
-    for _ in range(int((LONGEST - HOLDS) / POLL)):
-        p = motion.late(WINDOW)["pressure_meas"][:, chamber]
+    for _ in range(int((LONGEST - HOLDS) / POLL_S)):
+        p = run.late(WINDOW)["pressure_meas"][:, chamber]
         if abs(p[len(p) // 2 :].mean() - p[: len(p) // 2].mean()) < STILL:
             return
-        await asyncio.sleep(POLL)
+        await asyncio.sleep(POLL_S)
 
 
 def same_loop(one: PressureLoop, other: PressureLoop) -> bool:
@@ -166,7 +166,7 @@ def judged(fit: PressureFit, level: float, raw: RawLoop | None = None) -> Found:
 
 
 def advice(step: StepName, cause: Cause, valves: Valves) -> str:
-    """What to do where pressures that are off what the loop believes have ended `step`; "" where nobody can tell."""
+    """What to do where pressures that are off what the loop believes have ended `step`; "" where that is not known."""
     if cause != Cause.PRESSURE_MISMATCH:
         return ""
     if valves.command == "opening":

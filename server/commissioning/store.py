@@ -77,7 +77,12 @@ class CommissioningStore:
         results = {name: one for name, one in self.kept.results.items() if name not in steps}
         self._write(self.kept.model_copy(update={"results": results}))
 
-    def borrow(self, settings: Settings | None) -> None:
+    @property
+    def overridden(self) -> Settings | None:
+        """Settings that are to be put back; None where a step has none in their place."""
+        return self.kept.borrowed
+
+    def note_override(self, settings: Settings | None) -> None:
         """Note which settings are to be put back, None once they are; raises OSError."""
         self._write(self.kept.model_copy(update={"borrowed": settings}))
 
@@ -118,7 +123,7 @@ class CommissionedFile:
         return self.keeper.state()
 
     async def change(self, changes: dict[str, Any], permit: Permit) -> None:
-        """Change values; the rig starts anew only where it is described otherwise by that.
+        """Change values; the rig starts again only where it is described otherwise by that.
 
         Raises CommandRefused where there is no file, or the rig cannot start now; ParameterError naming the bound.
         """

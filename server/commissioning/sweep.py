@@ -15,11 +15,11 @@ from controller.schema.actuator import Actuator
 from controller.system.whole_file import write_whole
 from server.commissioning import planning
 from server.commissioning.messages import Number
-from server.commissioning.motion import Motion, Run, Through
 from server.commissioning.planning import Release, still_markers
+from server.commissioning.step_run import StepRun
 from server.commissioning.store import KEPT_TEXT, Found
-from server.operate.borrowing import POLL, WINDOW, Torques
 from server.presets.first_mode.messages import MeasuredMode
+from server.procedure.motion import POLL_S, STILL_WINDOW_S, Torques
 
 POSES, DECAYS = "poses.csv", "decays.csv"
 STILL = 5e-4
@@ -41,20 +41,20 @@ TRAVEL = 0.3
 """The tip is released from so far off its rest at most, as a share of the length: further out one mode is not all."""
 
 
-async def statics(run: Run, motion: Motion, through: Through) -> Found:
+async def statics(run: StepRun) -> Found:
     """Every pose of the grid, one after another, each at rest."""
     rods = run.file.motion_capture.rods
-    torques = await through.planner.do(planning.sweep_torques, run.parameters, run.body.grid, run.body.share)
-    await motion.begin()
+    torques = await run.parts.planner.do(planning.sweep_torques, run.parameters, run.body.grid, run.body.share)
+    await run.take_rig()
     lines, rested, here = list[list[float]](), 0, (0.0, 0.0)
     for number, u in enumerate(torques):
         run.say(f"pose {number + 1} of {len(torques)}", number / len(torques))
-        await motion.lead(here, u)
-        rested += await motion.still(SHORTEST, LONGEST, STILL)
-        lines.append(_pose(motion.late(WINDOW), rods))
+        await run.lead(here, u)
+        rested += await run.still(SHORTEST, LONGEST, STILL)
+        lines.append(_pose(run.late(STILL_WINDOW_S), rods))
         here = u
-    await motion.lead(here, (0.0, 0.0))
-    await _write(through.folder / POSES, ["p1", "p2", *_axes(rods)], lines)
+    await run.lead(here, (0.0, 0.0))
+    await _write(run.parts.folder / POSES, ["p1", "p2", *_axes(rods)], lines)
     return judged_poses(np.array(lines), rested, run.actuator)
 
 
@@ -76,26 +76,26 @@ def judged_poses(poses: Array, rested: int, actuator: Actuator) -> Found:
     return Found(True, f"{len(poses)} poses, tip over {swept * 1e3:.0f} mm along y", numbers, data=data)
 
 
-async def decays(run: Run, motion: Motion, through: Through) -> Found:
+async def decays(run: StepRun) -> Found:
     """Released to either side in turn, and watched until at rest."""
     rods, share = run.file.motion_capture.rods, run.body.share
-    torques = await through.planner.do(planning.release_torques, run.parameters, share, run.body.repeats)
-    await motion.begin()
-    await motion.still(SHORTEST, LONGEST, STILL)
-    rest = motion.tip(WINDOW)
+    torques = await run.parts.planner.do(planning.release_torques, run.parameters, share, run.body.repeats)
+    await run.take_rig()
+    await run.still(SHORTEST, LONGEST, STILL)
+    rest = run.tip(STILL_WINDOW_S)
     parts, releases = list[Array](), list[Release]()
     for number, u in enumerate(torques):
         run.say(f"release {number + 1} of {len(torques)}", number / len(torques))
-        part, release = await _decay(u, rest, rods, run, motion)
+        part, release = await _decay(u, rest, rods, run)
         parts.append(part)
         releases.append(release)
-    run.moves = False
-    await motion.end()
+    run.has_rig = False
+    await run.give_back()
     lines = [[float(number), *row] for number, part in enumerate(parts) for row in part.tolist()]
-    await _write(through.folder / DECAYS, ["ID", "t", *_axes(rods)], lines)
+    await _write(run.parts.folder / DECAYS, ["ID", "t", *_axes(rods)], lines)
     run.say("finds the mode that fits", 1.0)
     try:
-        return judged_decays(parts, await through.planner.do(planning.swing, tuple(releases), run.parameters))
+        return judged_decays(parts, await run.parts.planner.do(planning.swing, tuple(releases), run.parameters))
     except ParameterError as error:
         return judged_decays(parts, str(error))
 
@@ -138,38 +138,38 @@ def _mode_numbers(swing: MeasuredMode) -> tuple[Number, ...]:
     )
 
 
-async def _decay(u: Torques, rest: Array, rods: Sequence[int], run: Run, motion: Motion) -> tuple[Array, Release]:
+async def _decay(u: Torques, rest: Array, rods: Sequence[int], run: StepRun) -> tuple[Array, Release]:
     """One release on the way to `u`: (n, 1 + 2 m), from when the chambers are empty on; and all of it from the start.
 
     The arm's real stiffness is not known yet, so the tip itself says how far is far enough.
     """
-    seen, far = motion.gather("slot", "pressure_meas", "u_hat", "p_meas"), TRAVEL * run.actuator.length
+    seen, far = run.gather("slot", "pressure_meas", "u_hat", "p_meas"), TRAVEL * run.actuator.length
 
     def far_enough() -> bool:
-        seen.take(motion.now())
-        return bool(np.linalg.norm(motion.row()["p_meas"] - rest) > far)
+        seen.take(run.now())
+        return bool(np.linalg.norm(run.row()["p_meas"] - rest) > far)
 
-    await motion.lead((0.0, 0.0), u, far_enough)
-    await motion.still(SHORTEST, LONGEST, STILL)
-    full = float(np.abs(motion.pressures(WINDOW)).max())
-    begin, slot = motion.now(), motion.slot()
-    await motion.torque((0.0, 0.0))
-    await motion.still(WATCHED, DECAYS_LONGEST, STILL)
-    part = await _long_enough(begin, full, rods, motion)
-    seen.take(motion.now())
+    await run.lead((0.0, 0.0), u, far_enough)
+    await run.still(SHORTEST, LONGEST, STILL)
+    full = float(np.abs(run.pressures(STILL_WINDOW_S)).max())
+    begin, slot = run.now(), run.slot()
+    await run.torque((0.0, 0.0))
+    await run.still(WATCHED, DECAYS_LONGEST, STILL)
+    part = await _long_enough(begin, full, rods, run)
+    seen.take(run.now())
     rows = seen.rows()
     slots, pressures, sent, tip = (rows[name].copy() for name in ("slot", "pressure_meas", "u_hat", "p_meas"))
     release = Release(slots, pressures, sent, tip, slot)
     return part, release
 
 
-async def _long_enough(begin: float, full: float, rods: Sequence[int], motion: Motion) -> Array:
+async def _long_enough(begin: float, full: float, rods: Sequence[int], run: StepRun) -> Array:
     """The free part of what was measured since `begin` [s], once it is long enough: valves and cameras may be slow."""
     while True:
-        part = free_part(motion.between(begin, motion.now()), full, rods)
-        if len(part) > SAMPLES_LEAST or motion.now() > begin + 2 * DECAYS_LONGEST:
+        part = free_part(run.between(begin, run.now()), full, rods)
+        if len(part) > SAMPLES_LEAST or run.now() > begin + 2 * DECAYS_LONGEST:
             return part
-        await asyncio.sleep(2 * POLL)
+        await asyncio.sleep(2 * POLL_S)
 
 
 def free_part(rows: Rows, full: float, rods: Sequence[int]) -> Array:

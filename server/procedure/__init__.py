@@ -1,1 +1,1 @@
-"""Procedures: whatever takes the rig, does steps and gives it back."""
+"""Procedures take the rig, do steps and give it back."""

@@ -1,7 +1,7 @@
 """What a procedure does with the rig: it asks, leads the open loop, waits, and reads what telemetry shows."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from controller.arrays import Array, Rows
 from controller.errors import CommandRefused, RigUnreachable
 from controller.schema.messages import RigInfo
-from controller.schema.modes import Request
+from controller.schema.modes import Mode, Request
 from server.access.permit import Permit
 from server.log.events import EventLog
 from server.operate.operator import Operator, Target
@@ -66,6 +66,16 @@ def newest_row(rig: Rig) -> np.void:
     if (found := rig.newest) is None or rig.boot() is None:
         raise RigUnreachable("the rig does not answer")
     row: np.void = found[0]
+    return row
+
+
+def require_mode(rig: Rig, modes: Collection[Mode], refusal: Callable[[Mode], str]) -> np.void:
+    """The rig's newest row; CommandRefused unless its time goes on and it is in one of `modes`, RigUnreachable."""
+    row = newest_row(rig)
+    if rig.paused:
+        raise CommandRefused("the twin is paused; continue it first")
+    if (mode := Mode(int(row["mode"]))) not in modes:
+        raise CommandRefused(refusal(mode))
     return row
 
 

@@ -1,4 +1,4 @@
-"""Settings that a procedure puts in force for a while, and puts back whatever ends it.
+"""Settings that a procedure puts in force for a while, and puts back by whichever end it has.
 
 What others have changed meanwhile stays as they have it.
 """

@@ -1,4 +1,4 @@
-"""One engine for whatever takes the rig, does steps and gives it back. A new procedure is its steps:
+"""One engine for all that takes the rig, does steps and gives it back. A new procedure is its steps:
 
     class Nudge(Procedure):
         async def steps(self) -> None:
@@ -20,6 +20,8 @@ an error, and by a change of the settings that it overrides. Then what moves is 
 
 import asyncio
 import contextlib
+import time
+from collections.abc import Callable
 from typing import Literal
 
 from controller.errors import TendrilError
@@ -33,6 +35,9 @@ from server.procedure.override import RETRY_S
 
 REST_MAX_S = 30.0
 """Longest wait until the rig is vented; it goes on to rest by itself."""
+STRAY_S = 0.5
+"""A rig that tracks though no procedure has it do so is held after so long, and again every RETRY_S."""
+GONE, RESTARTED = "the rig is gone", "the rig restarted"
 STOPPED = (Mode.FAULT, Mode.E_STOP)
 SERVER_ENDED = "the server ended"
 
@@ -43,6 +48,8 @@ State = Literal["running", "done", "ended"]
 class Procedure(Motion):
     """One use of the rig. Only the event loop uses it, but for `hear`."""
 
+    silence_max_s = 0.0
+    """For how long the rig may be silent; 0: for as long as it counts as connected."""
     rests = False
     """At its end the rig comes to rest and vents; else what moves is held."""
 
@@ -90,18 +97,34 @@ class Procedure(Motion):
         self.context.events.add(f"{self.title} ended{self.where()}: {self.reason}", "warning")
 
     async def finish(self) -> None:
-        """What is left to do once the rig is given back, whatever has ended it."""
+        """What is left to do once the rig is given back, by each end."""
+
+    @property
+    def tracks(self) -> bool:
+        """Whether it has the rig in TRACK, or may."""
+        return False
+
+    def permit_lost(self) -> str:
+        """Why its starter may not go on with it, "" otherwise."""
+        return "" if self.starter.stands() else f"{self.starter.name} no longer operates"
+
+    def rig_restarted(self) -> bool:
+        """Whether this is another boot than that in which it began."""
+        return self.context.rig.info is not None and self.context.rig.info.boot != self.info.boot
+
+    def rig_silent(self) -> bool:
+        """Whether no telemetry has come for too long."""
+        rig = self.context.rig
+        return rig.age > self.silence_max_s if self.silence_max_s else rig.boot() is None or rig.newest is None
 
     def why_over(self) -> str:
         """Why it may not go on, "" while it may."""
-        boot, newest = self.context.rig.boot(), self.context.rig.newest
-        if not self.starter.stands():
-            return f"{self.starter.name} no longer operates"
-        if boot is None or newest is None:
-            return "the rig is gone"
-        if boot != self.info.boot:
-            return "the rig restarted"
-        return self._overtaken or self.judged(Mode(int(newest[0]["mode"])), Cause(int(newest[0]["cause"])))
+        if why := self.permit_lost():
+            return why
+        if self.rig_restarted() or self.rig_silent():
+            return RESTARTED if self.rig_restarted() else GONE
+        row = self.row()
+        return self._overtaken or self.judged(Mode(int(row["mode"])), Cause(int(row["cause"])))
 
     def hear(self, request: Request, permit: Permit | None) -> None:
         """Something is about to be asked of the rig, in any thread: what no step asks for ends it."""
@@ -172,12 +195,15 @@ class Procedure(Motion):
             self.context.operator.hold_left()  # who operates now may have begun another one
 
     async def _rest(self) -> None:
-        """Let what was armed come to rest and vent; one that was stopped or restarted has done so itself."""
+        """Let what was armed come to rest and vent; one that was stopped or restarted has done so itself.
+
+        A silent one may hold as it did: it is waited for.
+        """
         rig, loop = self.context.rig, asyncio.get_running_loop()
         end, again = loop.time() + REST_MAX_S, 0.0
-        while loop.time() < end and rig.boot() == self.info.boot and (row := rig.newest) is not None:
-            mode = Mode(int(row[0]["mode"]))
-            if mode not in (*LIVE, Mode.REST):
+        while loop.time() < end and (boot := rig.boot()) in (None, self.info.boot):
+            mode = None if boot is None or rig.newest is None else Mode(int(rig.newest[0]["mode"]))
+            if mode not in (*LIVE, Mode.REST, None):
                 return
             if mode in LIVE and loop.time() > again:
                 again = loop.time() + RETRY_S
@@ -196,8 +222,9 @@ class Procedure(Motion):
 class Procedures:
     """Those under way. Only the event loop uses it, but for `hear`."""
 
-    def __init__(self, context: Context) -> None:
-        self.context = context
+    def __init__(self, context: Context, clock: Callable[[], float] = time.monotonic) -> None:
+        self.context, self._clock = context, clock
+        self._stray = 0.0
         self._under_way: tuple[Procedure, ...] = ()
         self._tasks = Tasks(lambda text: context.events.add(text, "error"))
         context.operator.listen(self.hear)
@@ -214,28 +241,54 @@ class Procedures:
 
     def look(self) -> None:
         """A job: end what may not go on; put back what an earlier server has overridden."""
+        failures = []
         for one in self._under_way:
-            one.look()
+            try:
+                one.look()
+            except Exception as error:  # one that fails ends no other
+                failures.append(error)
+        self._look_for_strays()
         note = self.context.note
         if not self._under_way and note is not None and note.overridden is not None:
             if self.context.rig.boot() is not None and self.context.rig.info is not None:
                 self._begin(_Recovery(self.context))
+        if failures:
+            raise failures[0]
 
     def close(self) -> None:
         """The server ends."""
         for one in self._under_way:
             one.close()
 
-    def _begin(self, procedure: Procedure) -> None:
+    def add(self, procedure: Procedure) -> None:
+        """It is under way, and its steps are led by others, who `remove` it."""
         self._under_way += (procedure,)
+
+    def remove(self, procedure: Procedure) -> None:
+        """It is over."""
+        procedure.over = True
+        self._under_way = tuple(one for one in self._under_way if one is not procedure)
+
+    def _begin(self, procedure: Procedure) -> None:
+        self.add(procedure)
         self._tasks.begin(procedure.title, self._go(procedure))
 
     async def _go(self, procedure: Procedure) -> None:
         try:
             await procedure.go()
         finally:
-            procedure.over = True
-            self._under_way = tuple(one for one in self._under_way if one is not procedure)
+            self.remove(procedure)
+
+    def _look_for_strays(self) -> None:
+        """Nothing tracks by itself: the answer to a request may have been lost, or a server have ended."""
+        now, rig = self._clock(), self.context.rig
+        stray = rig.newest is not None and rig.newest[0]["mode"] == Mode.TRACK and not rig.trouble
+        if not stray or any(one.tracks for one in self._under_way):
+            self._stray = now + STRAY_S
+        elif now > self._stray:
+            self._stray = now + RETRY_S
+            self.context.events.add("the rig tracks though no run is under way: hold", "warning")
+            self.context.operator.request(Request.HOLD, own())
 
 
 class _Recovery(Procedure):

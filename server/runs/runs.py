@@ -1,7 +1,7 @@
 """The run under way: from what an operator asks for, over the rig's TRACK, to the result that is kept.
 
 Requests, replies, rows and time are events of one state machine (`phases.py`): every look reads the rows and judges
-the time, whatever is being waited for, and a request goes on only while the run is in the phase that it waits in.
+the time, during every wait, and a request goes on only while the run is in the phase that it waits in.
 """
 
 import asyncio
@@ -17,8 +17,9 @@ from controller.schema.modes import Request
 from recordings.format.annotations import Approach
 from server.access.permit import Permit, own
 from server.http.given import given
-from server.log.events import EventLog, Level
-from server.operate.asking import POLL
+from server.log.events import Level
+from server.procedure.motion import ROW_POLL_S
+from server.procedure.procedure import GONE, RESTARTED, Procedure, Procedures
 from server.recorder.automatic import Automatic
 from server.rig.planner import Planner
 from server.runs import planning
@@ -30,16 +31,37 @@ from server.runs.results import Results
 from server.runs.run import About, Before, Run
 from server.runs.tracker import Tracker
 
-GONE = 5.0
-"""A rig that is silent for so long ends its run [s]."""
-STRAY, AGAIN = 0.5, 1.0
-"""A rig that tracks though no run is in motion is asked to hold after so long, and again every so often [s]."""
-UPDATES = 8
-"""How often pages are told of a run in motion [Hz]."""
+SILENCE_MAX_S = 5.0
+"""A rig that is silent for longer ends its run."""
+UPDATES_HZ = 8
+"""How often pages are told of a run in motion."""
 ASKED = (Phase.STARTING, Phase.RESUMING)
 """The rig was asked to track, and no row has shown it yet."""
 
 T = TypeVar("T")
+
+
+class _Following(Procedure):
+    """The run under way, for the engine. Its rows tell what else is asked for, so it hears nothing."""
+
+    silence_max_s = SILENCE_MAX_S
+
+    def __init__(self, runs: "Runs", machine: Machine, starter: Permit) -> None:
+        super().__init__(runs.context, "run", starter)
+        self._runs, self._machine = runs, machine
+
+    @property
+    def tracks(self) -> bool:
+        return self._machine.moving
+
+    def hear(self, request: Request, permit: Permit | None) -> None:
+        pass
+
+    def look(self) -> None:
+        self._runs.look()
+
+    def close(self) -> None:
+        self._runs.close()
 
 
 class Runs:
@@ -47,25 +69,24 @@ class Runs:
 
     def __init__(
         self,
+        procedures: Procedures,
         tracker: Tracker,
         planner: Planner,
         automatic: Automatic,
-        events: EventLog,
         results: Results,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.inbox = Inbox()
         self._tracker, self._planner, self._automatic = tracker, planner, automatic
-        self._events, self._results, self._clock = events, results, clock
+        self.context, self._procedures, self._events = procedures.context, procedures, procedures.context.events
+        self._results, self._clock = results, clock
         self._machine: Machine | None = None
         self._run: Run | None = None
         self._body: RunBody | None = None
         """What was followed last."""
         self._earlier: Run | None = None
         """What is shown again if the run is refused."""
-        self._permit = own()
-        self._boot: int | None = None
-        self._stray = 0.0
+        self._following: _Following | None = None
 
     async def start(self, body: RunBody, permit: Permit) -> RunState:
         """Plan, approach from where the rig's reference is, and follow; returns once a row shows that it began.
@@ -76,7 +97,8 @@ class Runs:
         self._require_free()
         info = self._tracker.require_ready()
         machine = self._machine = Machine(self._clock)
-        self._permit, self._boot, self._earlier = permit, info.boot, self._run
+        self._following, self._earlier = _Following(self, machine, permit), self._run
+        self._procedures.add(self._following)
         with self._refusing(machine):
             leg, before, about = await self._prepare(machine, body, info)
             run = self._run = Run(about, leg, machine, before, self._automatic.recording())
@@ -103,14 +125,14 @@ class Runs:
         run = self._require_run()
         if not self._meet(Event.RESUME, run.machine.reason):
             raise CommandRefused(f"run {run.about.id} is not paused")
-        self._permit = permit
+        self._procedure.starter = permit
         with self._refusing(run.machine):
             await self._return(run)
             await self._track(run.machine)
         return _kept(run)
 
     async def stop(self, permit: Permit) -> RunState:
-        """Hold, and end the run, whatever it waits for; raises CommandRefused when there is none."""
+        """Hold, and end the run during any wait; raises CommandRefused when there is none."""
         permit.require(Request.HOLD)
         if self._machine is not None and self._machine.phase == Phase.PREPARING:
             self._meet(Event.STOP, f"stopped by {permit.name} before it began")
@@ -121,7 +143,7 @@ class Runs:
         if run.machine.ended:
             await self._tracker.halt(own())
         else:
-            await self._halt(run, own())  # whatever becomes of the lease meanwhile
+            await self._halt(run, own())  # though the lease may be lost meanwhile
         return run.state()
 
     def state(self) -> RunState | None:
@@ -141,7 +163,7 @@ class Runs:
         if self._run is None:
             return None
         state = self._run.state()
-        return state.id, state.state, state.reason, int(state.elapsed * UPDATES)
+        return state.id, state.state, state.reason, int(state.elapsed * UPDATES_HZ)
 
     def look(self) -> None:
         """A job: read the rig's rows, then judge lease and time."""
@@ -149,15 +171,13 @@ class Runs:
         if machine is not None and not machine.ended:
             self._read(machine)
             self._judge(machine)
-        if machine is None or not machine.moving:
-            self._look_for_strays()
 
     def close(self) -> None:
         """The server ends, and the rig will hold: keep what came of the run so far. The recorder ends by itself."""
         machine, run = self._machine, self._run
         if machine is None or not machine.meet(Event.CLOSED, "the server ended"):
             return
-        self.inbox.close()
+        self._over()
         if run is not None and machine.phase == Phase.BROKEN:
             with contextlib.suppress(OSError):
                 self._results.add(run.result())
@@ -166,21 +186,21 @@ class Runs:
         """Everything before the rig is asked to track."""
         rig = info.parameters
         lap = await self._while(machine, self._planner.do(planning.lap, body, rig, self._tracker.settings))
-        held = await self._while(machine, self._tracker.hold(self._permit))
+        held = await self._while(machine, self._tracker.hold(self._procedure.starter))
         leg = await self._while(machine, self._planner.do(planning.leg, rig, lap, body.laps, held.u))
         if body.record:
-            await self._while(machine, self._automatic.begin_run(lap.name, self._permit.name))
-        await self._while(machine, self._tracker.upload(leg, self._permit))
+            await self._while(machine, self._automatic.begin_run(lap.name, self._procedure.starter.name))
+        await self._while(machine, self._tracker.upload(leg, self._procedure.starter))
         number, dt = self._results.next_id(), rig.controller.dt
         return leg, held.before, About(number, lap, body.laps, datetime.now(UTC), dt)
 
     async def _return(self, run: Run) -> None:
         """Everything before the rig is asked to track again."""
         rig, about = self._tracker.require_ready().parameters, run.about
-        held = await self._while(run.machine, self._tracker.hold(self._permit))
+        held = await self._while(run.machine, self._tracker.hold(self._procedure.starter))
         leading = self._planner.do(planning.leg, rig, about.lap, about.laps, held.u, run.left)
         leg = await self._while(run.machine, leading)
-        await self._while(run.machine, self._tracker.upload(leg, self._permit))
+        await self._while(run.machine, self._tracker.upload(leg, self._procedure.starter))
         run.begin(leg, held.before)
 
     async def _track(self, machine: Machine) -> None:
@@ -188,7 +208,7 @@ class Runs:
         if not self.inbox.is_open:
             self.inbox.open()
         self._meet(Event.READY)
-        unanswered = await self._answer(machine, ASKED, self._tracker.track(self._permit))
+        unanswered = await self._answer(machine, ASKED, self._tracker.track(self._procedure.starter))
         await self._rows(machine, ASKED)
         if unanswered and machine.ended:
             raise unanswered
@@ -221,7 +241,7 @@ class Runs:
         """Wait until rows, or the time, have led the run out of `within`."""
         self.look()
         while self._machine is machine and machine.phase in within:
-            await asyncio.sleep(POLL)
+            await asyncio.sleep(ROW_POLL_S)
             self.look()
 
     async def _while(
@@ -231,7 +251,7 @@ class Runs:
         phases, task = within or (machine.phase,), asyncio.ensure_future(work)
         try:
             while not task.done() and machine.phase in phases:
-                await asyncio.wait([task], timeout=POLL)
+                await asyncio.wait([task], timeout=ROW_POLL_S)
                 self.look()
         finally:
             task.cancel()
@@ -242,7 +262,7 @@ class Runs:
 
     @contextlib.contextmanager
     def _refusing(self, machine: Machine) -> Iterator[None]:
-        """Whatever goes wrong before the run moves refuses it, or leaves it paused."""
+        """What goes wrong before the run moves refuses it, or leaves it paused."""
         paused = machine.reason
         try:
             yield
@@ -255,8 +275,8 @@ class Runs:
 
     def _read(self, machine: Machine) -> None:
         batches = self.inbox.batches()  # before the boot: a new one is known before its rows come
-        if self._tracker.boot() != self._boot:
-            self._meet(Event.RIG_LOST, "the rig restarted")
+        if self._procedure.rig_restarted():
+            self._meet(Event.RIG_LOST, RESTARTED)
         elif self.inbox.lost:
             self._meet(Event.ROWS_LOST, "its rows were not read for 30 s")
         run, before = self._run, machine.phase
@@ -271,10 +291,10 @@ class Runs:
 
     def _judge(self, machine: Machine) -> None:
         """What ends a run, or its phase, though no row says so."""
-        if self._tracker.age() > GONE:
-            self._meet(Event.RIG_LOST, "the rig is gone")
-        if machine.phase != Phase.BREAKING and not self._permit.stands():
-            if self._meet(Event.LEASE_LOST, f"{self._permit.name} no longer operates") and machine.moving:
+        if self._procedure.rig_silent():
+            self._meet(Event.RIG_LOST, GONE)
+        if machine.phase != Phase.BREAKING and (why := self._procedure.permit_lost()):
+            if self._meet(Event.LEASE_LOST, why) and machine.moving:
                 self._tracker.let_hold()
         if machine.late():
             self._meet(Event.LATE, _too_long(machine))
@@ -294,7 +314,7 @@ class Runs:
             return
         if before in ASKED and machine.phase not in (Phase.REFUSED, Phase.PAUSED):
             begun = "started" if before == Phase.STARTING else "resumed"
-            self._tell(f"{begun} by {self._permit.name}")
+            self._tell(f"{begun} by {self._procedure.starter.name}")
         if machine.phase == Phase.PAUSED and before == Phase.PAUSING:
             self._tell(f"paused {machine.reason}")
         for closes in CLOSES.get(machine.phase, ()):
@@ -306,9 +326,13 @@ class Runs:
                 case Closes.MOTION if before in MOVING and not by_row:
                     self._tracker.let_hold()
         if machine.ended:
-            self.inbox.close()
+            self._over()
         if machine.phase == Phase.REFUSED:
             self._run = self._earlier
+
+    def _over(self) -> None:
+        self.inbox.close()
+        self._procedures.remove(self._procedure)
 
     def _keep_result(self) -> None:
         assert self._run is not None
@@ -321,15 +345,10 @@ class Runs:
         except OSError as problem:
             self._events.add(f"the result of run {result.id} will not outlive this server: {problem}", "warning")
 
-    def _look_for_strays(self) -> None:
-        """Nothing tracks without a run: the answer to a request may have been lost, or a server have ended."""
-        now = self._clock()
-        if not self._tracker.tracks():
-            self._stray = now + STRAY
-        elif now > self._stray:
-            self._stray = now + AGAIN
-            self._events.add("the rig tracks though no run is under way: hold", "warning")
-            self._tracker.let_hold()
+    @property
+    def _procedure(self) -> _Following:
+        assert self._following is not None
+        return self._following
 
     def _require_free(self) -> None:
         machine, run = self._machine, self._run

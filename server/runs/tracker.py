@@ -14,17 +14,17 @@ from controller.schema.modes import Cause, Law, Mode, Request, refused_text
 from controller.schema.parameters import Settings
 from controller.schema.states import LIVE
 from server.access.permit import Permit, own
-from server.operate.asking import shown
 from server.operate.operator import Operator
+from server.procedure.motion import require_mode, shown
 from server.rig.client import Rig
 from server.runs.lap import Leg
 from server.runs.run import Before
 
-PATIENCE = 1.0
-"""Longest wait for a row after the rig's answer [s]."""
-ANSWER = 5.0
-"""The same for the answer: it may wait behind others, each of which the link ends after a second at most [s]."""
-AT_REST = 1e-3
+ROW_MAX_S = 1.0
+"""Longest wait for a row after the rig's answer."""
+ANSWER_MAX_S = 5.0
+"""The same for the answer: it may wait behind others, each of which the link ends after a second at most."""
+REST_TORQUE_MAX = 1e-3
 """Less torque than this is none [N m]."""
 
 
@@ -47,38 +47,19 @@ class Tracker:
 
     def require_ready(self) -> RigInfo:
         """Who the rig is; raises unless it could track a reference now, after a HOLD."""
-        info, newest = self._rig.info, self._newest()
-        if info is None or newest is None or self._rig.boot() is None:
-            raise RigUnreachable("the rig does not answer")
-        if self._rig.paused:
-            raise CommandRefused("the twin is paused; continue it first")
-        if (mode := Mode(int(newest["mode"]))) not in LIVE:
-            raise CommandRefused(refused_text(Request.TRACK, mode, Cause.WRONG_MODE))
+        require_mode(self._rig, LIVE, lambda mode: refused_text(Request.TRACK, mode, Cause.WRONG_MODE))
         if self._operator.settings.law == Law.OPEN_LOOP:
             raise CommandRefused("in open loop no reference is followed; choose a law with feedforward")
-        return info
+        return self._rig.require_info()
 
     @property
     def settings(self) -> Settings:
         """The settings in force."""
         return self._operator.settings
 
-    def boot(self) -> int | None:
-        """The boot of the rig whose rows came last."""
-        return self._rig.info.boot if self._rig.info else None
-
-    def age(self) -> float:
-        """Time since the last telemetry [s]."""
-        return self._rig.age
-
-    def tracks(self) -> bool:
-        """Whether the rig obeys this server and was in TRACK in its newest row."""
-        newest = self._newest()
-        return newest is not None and bool(newest["mode"] == Mode.TRACK) and not self._rig.trouble
-
     async def hold(self, permit: Permit) -> Held:
         """Let the rig hold, and wait for the row that shows it."""
-        newest = await shown(self._rig, await self.halt(permit), PATIENCE)
+        newest = await shown(self._rig, await self.halt(permit), ROW_MAX_S)
         if newest["mode"] != Mode.HOLD:
             raise CommandRefused(refused_text(Request.TRACK, Mode(int(newest["mode"])), Cause.WRONG_MODE))
         return Held(newest["u_ff"].copy(), Before(int(newest["tick"]), int(newest["request_n"])))
@@ -97,28 +78,24 @@ class Tracker:
         await self._request(Request.TRACK, permit)
 
     def let_hold(self) -> None:
-        """Let the rig hold, whatever it answers: its rows tell."""
+        """Let the rig hold, and wait for no answer: its rows tell."""
         self._operator.request(Request.HOLD, own())
 
     async def _request(self, request: Request, permit: Permit) -> int:
         """The number of the command that the rig took."""
         asked = asyncio.wrap_future(self._operator.request(request, permit))
         try:
-            reply = await asyncio.wait_for(asked, ANSWER)
+            reply = await asyncio.wait_for(asked, ANSWER_MAX_S)
         except TimeoutError as error:
-            raise RigUnreachable(f"{request.name} was not answered within {ANSWER:g} s") from error
+            raise RigUnreachable(f"{request.name} was not answered within {ANSWER_MAX_S:g} s") from error
         if not reply.accepted:
             raise CommandRefused(reply.detail)
         return reply.n
 
-    def _newest(self) -> np.void | None:
-        newest: Rows | None = self._rig.newest
-        return None if newest is None else newest[0]
-
 
 def standing(newest: Rows | None) -> Array:
     """Torques (2,) [N m] of the feedforward in this row (1,), where the rig holds or moves; else 0, at rest."""
-    if newest is None or newest["mode"][0] not in LIVE or np.abs(newest["u_ff"]).max() < AT_REST:
+    if newest is None or newest["mode"][0] not in LIVE or np.abs(newest["u_ff"]).max() < REST_TORQUE_MAX:
         return np.zeros(2)
     found: Array = newest["u_ff"][0].astype(np.float64)
     return found

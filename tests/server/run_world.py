@@ -18,8 +18,12 @@ from server.access.lease import OperatorLease
 from server.http.who import Identity
 from server.log.events import EventLog
 from server.operate.operator import Operator
+from server.operate.settings import KeptSettings
+from server.procedure.motion import Context
+from server.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.rig.client import Rig
+from server.rig.history import History
 from server.rig.planner import Planner
 from server.runs import planning
 from server.runs.lap import Lap
@@ -94,7 +98,11 @@ class World:
         tracker = Tracker(cast(Rig, self.rig), cast(Operator, self.rig))
         tracker._threads = Inline()
         automatic, self.results = cast(Automatic, self.recordings), Results(folder / "runs.json")
-        self.runs = Runs(tracker, cast(Planner, AtOnce()), automatic, self.events, self.results, self.loop.time)
+        history, kept = History(), KeptSettings(folder / "settings.json", self.events)
+        rig, operator = cast(Rig, self.rig), cast(Operator, self.rig)
+        self.procedures = Procedures(Context(rig, history, operator, kept, self.events), self.loop.time)
+        planner = cast(Planner, AtOnce())
+        self.runs = Runs(self.procedures, tracker, planner, automatic, self.results, self.loop.time)
         self.asked: list[tuple[float, asyncio.Task[Any]]] = []
         self.begun = 0
         self.beating = True
@@ -144,6 +152,6 @@ class World:
                 self.lease.touch(holder)
                 self.permits.operator(holder).sign()
             if self.beating:
-                self.runs.look()
+                self.procedures.look()
             tracks = self.rig.mode == Mode.TRACK
             self.tracking_since = (self.tracking_since or self.loop.time()) if tracks else None

@@ -22,6 +22,7 @@ from controller.schema.modes import Cause, Mode, Request, refused_text
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.states import MOVING, next_mode
 from server.access.permit import Permit
+from server.operate.operator import Hears, Target
 
 PERIOD_S, BATCH = 0.02, 20
 SERVER_HOLD = 0.5
@@ -49,6 +50,7 @@ class ScriptedRig:
         """What becomes of the next request of a kind."""
         self._asked: deque[tuple[Request, Permit, Future[CommandReply]]] = deque()
         self._heard = 0.0
+        self._hears: list[Hears] = []
         self.restart()
         self.mode, self.cause = Mode.HOLD, Cause.OPERATOR
 
@@ -60,6 +62,9 @@ class ScriptedRig:
     def age(self) -> float:
         return self._clock() - self._heard
 
+    def require_info(self) -> Any:
+        return self.info
+
     def boot(self) -> int | None:
         return self.known_boot if self.age < 0.6 else None
 
@@ -70,7 +75,13 @@ class ScriptedRig:
         assert rows.ticks is not None
         self.ticks, self.planned = rows.ticks, True
 
-    def request(self, request: Request, permit: Permit) -> "Future[CommandReply]":
+    def listen(self, hears: Hears) -> None:
+        self._hears.append(hears)
+
+    def request(self, request: Request, permit: Permit, target: Target | None = None) -> "Future[CommandReply]":
+        if request != Request.NONE or target is not None:
+            for hears in self._hears:
+                hears(request, None if request == Request.E_STOP else permit)
         asker: Future[CommandReply] = Future()
         asker.set_running_or_notify_cancel()
         self._asked.append((request, permit, asker))
@@ -124,6 +135,8 @@ class ScriptedRig:
         loop.call_later(ANSWER, asker.set_exception, error)
 
     def _answer(self, request: Request, fate: Fate | None) -> CommandReply:
+        if request == Request.NONE:
+            return CommandReply(n=self.request_n, accepted=True, mode=self.mode, cause=self.cause, detail="")
         self.request_n += 1
         wanted = next_mode(self.mode, request)
         refusal = Cause.NONE if wanted is not None else Cause.WRONG_MODE
@@ -144,6 +157,7 @@ class ScriptedRig:
     def _tick(self) -> None:
         rows = np.zeros(BATCH, record_dtype(Telemetry))
         rows["tick"] = rows["slot"] = self.tick + np.arange(BATCH)
+        rows["t_ns"] = rows["tick"] * 1_000_000
         rows["mode"], rows["cause"] = self.mode, self.cause
         rows["request_n"] = rows["command_n"] = self.request_n
         rows["request_cause"] = self.request_cause

@@ -18,7 +18,7 @@ from server.log.events import words
 from server.presets.first_mode import planning
 from server.presets.first_mode.messages import FirstModeBody, FirstModeState, KeptMode, MeasuredMode
 from server.presets.first_mode.store import FirstModes, plant_of
-from server.procedure.motion import newest_row
+from server.procedure.motion import require_mode
 from server.procedure.procedure import Procedure, Procedures
 from server.rig.history import Gathered
 from server.rig.planner import Planner
@@ -154,12 +154,11 @@ class FirstModeMeasurement:
     def _require_ready(self) -> None:
         if self._last is not None and not self._last.over:
             raise CommandRefused("the first mode is being measured already; stop that first")
-        rig = self._parts.procedures.context.rig
-        newest = newest_row(rig)
-        if rig.paused:
-            raise CommandRefused("the twin is paused; continue it first")
-        if (mode := Mode(int(newest["mode"]))) not in (Mode.HOLD, Mode.FOLLOW):
-            raise CommandRefused(f"the first mode is measured from HOLD or FOLLOW, and the rig is in {words(mode)}")
+        newest = require_mode(
+            self._parts.procedures.context.rig,
+            (Mode.HOLD, Mode.FOLLOW),
+            lambda mode: f"the first mode is measured from HOLD or FOLLOW, and the rig is in {words(mode)}",
+        )
         if not np.isfinite(newest["p_meas"]).all():
             raise CommandRefused("the first mode is measured at the tip, whose marker is not seen")
 

@@ -11,7 +11,7 @@ from controller.schema.parameters import PlantKind, RigParameters
 
 Plant = PlantKind | Literal["hardware"]
 ASSUMED = "fit to the paper"
-"""Where the twin's numbers come from that stand for what nobody measured."""
+"""Where the twin's numbers come from that stand for what was not measured."""
 
 
 class FirstModeBody(Model):

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from controller.errors import CommandRefused
 from controller.schema.modes import Mode, Request
 from controller.schema.states import LIVE
-from server.access.permit import Permit
 from server.drawing.store import Drawings
-from server.operate.asking import POLL, ask
 from server.operate.messages import SettingsBody
-from server.operate.operator import Operator, Target
-from server.operate.settings import KeptSettings
+from server.procedure.motion import ROW_POLL_S
+from server.procedure.procedure import STOPPED, Procedure
 from server.recorder.by_hand import RecordingByHand
-from server.rig.client import Rig
 from server.runs.macros.messages import (
     ArmStep,
     ClearStep,
@@ -33,47 +30,44 @@ from server.runs.macros.messages import (
 from server.runs.messages import RunBody, RunState
 from server.runs.runs import Runs
 
-LATCHED = (Mode.FAULT, Mode.E_STOP)
-
 
 @dataclass(frozen=True)
 class Acts:
     """The doors. `preset` gives what loading the gains of this name changes."""
 
-    rig: Rig
-    operator: Operator
-    kept: KeptSettings
     runs: Runs
     recording: RecordingByHand
     drawings: Drawings
     preset: Callable[[str], SettingsBody]
 
-    async def do(self, step: Step, permit: Permit) -> None:
+    async def do(self, step: Step, by: Procedure) -> None:
         """Done once the rig's rows show it; TendrilError with the reason where it is refused."""
+        permit, newest = by.permit, by.context.rig.newest
+        mode = None if newest is None else Mode(int(newest[0]["mode"]))
         match step:
             case ArmStep():
-                if self._mode() not in LIVE:
-                    await self._ask(Request.ARM, permit)
+                if mode not in LIVE:
+                    await by.ask(Request.ARM)
             case HoldStep():
-                if self._mode() != Mode.HOLD:
-                    await self._ask(Request.HOLD, permit)
+                if mode != Mode.HOLD:
+                    await by.ask(Request.HOLD)
             case ClearStep():
-                if self._mode() in LATCHED:
-                    await self._ask(Request.CLEAR, permit)
+                if mode in STOPPED:
+                    await by.ask(Request.CLEAR)
             case ReferenceStep():
                 await self.runs.start(RunBody(reference=step.name, laps=step.laps), permit)
             case DrawingStep():
                 drawing = await asyncio.to_thread(self.drawings.read, step.name)
                 await self.runs.start(RunBody(drawing=drawing, laps=step.laps), permit)
             case TargetStep():
-                await self._ask(Request.FOLLOW, permit, (step.x, step.y))
+                await by.ask(Request.FOLLOW, (step.x, step.y))
             case WaitStep():
                 await asyncio.sleep(step.seconds)
             case RunEndStep():
                 await self._run_end()
             case PresetStep():
                 changes = await asyncio.to_thread(self.preset, step.name)
-                await self.kept.change(changes, self.operator, permit)
+                await by.context.kept.change(changes, by.context.operator, permit)
             case RecordStep():
                 await self.recording.begin(step.name, step.profile, permit.name)
             case RecordEndStep():
@@ -81,18 +75,10 @@ class Acts:
             case MarkStep():
                 await self.recording.mark(step.label, permit.name)
 
-    def _mode(self) -> Mode | None:
-        newest = self.rig.newest
-        return None if newest is None else Mode(int(newest[0]["mode"]))
-
-    async def _ask(self, request: Request, permit: Permit, target: Target | None = None) -> None:
-        """Ask the rig, and wait for a row that came of it: the next step is judged by rows."""
-        await ask(self.rig, self.operator, request, permit, target)
-
     async def _run_end(self) -> None:
         run = self._run()
         while self._run() is not None:
-            await asyncio.sleep(POLL)
+            await asyncio.sleep(ROW_POLL_S)
         ended = self.runs.state()
         if run is not None and ended is not None and ended.state != "done":
             raise CommandRefused(f"run {ended.id} was {ended.state}: {ended.reason}")

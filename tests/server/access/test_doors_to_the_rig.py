@@ -19,10 +19,10 @@ from server.access.lease import OperatorLease
 from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
-from server.operate.asking import ask
 from server.operate.operator import Operator
 from server.operate.people import PeopleHere
 from server.operate.stopper import Stopper
+from server.procedure.motion import ask
 from server.rig.client import Rig
 from tests.server.leave import permits_of
 
@@ -31,11 +31,9 @@ DOORS = {
     "app/app.py": ["stop"],
     "app/services.py": ["send", "stop"],
     "app/shutdown.py": ["request"],
-    "commissioning/motion.py": ["ask", "move", "request"],
     "commissioning/routes.py": ["present", "present"],
     "hardware/rig_file.py": ["order_rig"],
     "live/socket_handler.py": ["stop"],
-    "operate/asking.py": ["request"],
     "operate/command_routes.py": ["stop"],
     "operate/target_control.py": ["present", "request", "request", "request", "request"],
     "operate/people.py": ["request"],
@@ -44,11 +42,9 @@ DOORS = {
     "presets/first_mode/routes.py": ["present"],
     "presets/routes.py": ["order", "order_plant", "order_rig"],
     "procedure/motion.py": ["ask", "move", "request"],
-    "procedure/procedure.py": ["hold_left", "request", "request"],
+    "procedure/procedure.py": ["hold_left", "request", "request", "request"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
-    "runs/macros/acts.py": ["ask"],
-    "runs/macros/macros.py": ["hold_left", "request"],
     "runs/macros/routes.py": ["present"],
     "runs/routes.py": ["present", "present", "present"],
     "runs/tracker.py": ["plan", "request", "request"],

@@ -5,10 +5,7 @@ from tests.server.live_server import TestServer
 WITH_ROWS = 0.02
 """Least pace [s]; these are called as rows come, 60 times a second."""
 PERIODS = {
-    "the run": WITH_ROWS,
-    "the macro": WITH_ROWS,
-    "procedures": WITH_ROWS,
-    "the commissioning": WITH_ROWS,
+    "the procedure under way": WITH_ROWS,
     "automatic recordings": WITH_ROWS,
     "the live sockets": WITH_ROWS,
     "rig, lease and settings": 0.05,

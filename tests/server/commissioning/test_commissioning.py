@@ -178,9 +178,7 @@ def test_a_killed_rig_ends_the_step_and_the_next_one_gets_the_operators_settings
             bench.start("signs")
             bench.wait_doing("fills u1+")
             rig.kill()
-            wait_for(
-                lambda: "signs" in {e.text for e in ()} or bench.server.services.commissioning._run.over, "the end"
-            )  # type: ignore[union-attr]
+            wait_for(lambda: not bench.server.services.commissioning._run.running, "the end")  # type: ignore[union-attr]
             rig.start()
             found = bench.ended("signs")
             assert found["state"] == "failed" and "the rig" in found["result"]
@@ -195,11 +193,11 @@ def test_a_server_that_died_in_the_middle_of_a_step_gives_the_settings_back_at_i
     with bench_of(shared_rig.endpoint, tmp_path) as bench:
         operator, commissioning = bench.server.services.operator, bench.server.services.commissioning
         before = operator.settings
-        commissioning._store.borrow(before)
+        commissioning._store.note_override(before)
         kept = tmp_path / "state" / "settings-test.json"
         kept.write_text(before.model_copy(update={"law": Law.OPEN_LOOP, "sensed": 0}).model_dump_json())
         wait_for(lambda: commissioning._store.kept.borrowed is None, "this server to give them back")
-        commissioning._store.borrow(before)  # as a dead one leaves it
+        commissioning._store.note_override(before)  # as a dead one leaves it
         bench.server.services.operator.close()
         kept.write_text(before.model_copy(update={"law": Law.OPEN_LOOP, "sensed": 0}).model_dump_json())
     with bench_of(shared_rig.endpoint, tmp_path) as bench:
@@ -236,7 +234,7 @@ def status(role: str, values: dict[str, list[float]]) -> DriverStatus:
 def test_three_captured_points_tell_the_frame_and_the_bent_one_needs_the_tip_before(bench: Bench) -> None:
     seen = Camera(bench.server)
     commissioning = bench.server.services.commissioning
-    commissioning._through = replace(commissioning._through, drivers=seen)
+    commissioning._parts = replace(commissioning._parts, drivers=seen)
     taken_drivers = bench.done("drivers")
     assert taken_drivers["result"].startswith("motion capture motion_capture 200/s")
     bench.accepted("drivers", "jog")

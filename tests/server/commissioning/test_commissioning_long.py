@@ -3,6 +3,7 @@
 import asyncio
 import math
 from collections.abc import Callable, Coroutine
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, TypeVar, cast
 
@@ -15,9 +16,9 @@ from controller.schema.messages import Telemetry
 from controller.schema.parameters import RigParameters, Settings
 from server.access.permit import own
 from server.commissioning import closed_loop, pressure, sweep
-from server.commissioning.motion import Motion, Run, Through
+from server.commissioning.messages import StartBody
 from server.commissioning.planning import Circle
-from server.operate.borrowing import Borrowing
+from server.commissioning.step_run import StepContext, StepRun
 from server.presets.first_mode.measurement import Measuring, Parts
 from server.presets.first_mode.messages import FirstModeBody
 from server.rig.history import Gathered, History
@@ -44,6 +45,9 @@ class Rig:
     def boot(self) -> int:
         return 1
 
+    def require_info(self) -> Any:
+        return SimpleNamespace(boot=1, parameters=RIG)
+
     async def run(self) -> None:
         while True:
             rows = np.zeros(10, record_dtype(Telemetry))
@@ -55,26 +59,19 @@ class Rig:
             await asyncio.sleep(0.01)
 
 
-class Free(Motion):
+class Free(StepRun):
     """Nothing is asked of a rig."""
 
-    async def begin(self, **settings: Any) -> None:
+    async def take_rig(self, **settings: Any) -> None:
+        pass
+
+    async def torque(self, u: tuple[float, float]) -> None:
         pass
 
     async def target(self, at: tuple[float, float]) -> None:
         pass
 
-    async def end(self) -> None:
-        pass
-
-
-class Lent(Borrowing):
-    """Settings that no rig has."""
-
-    def __init__(self) -> None:
-        super().__init__(cast(Any, None), cast(Any, None), own(), Settings())
-
-    async def torque(self, u: tuple[float, float]) -> None:
+    async def give_back(self) -> None:
         pass
 
 
@@ -85,19 +82,17 @@ class Planner:
         return Circle(MIDDLE, 0.1)
 
 
-def on(rig: Rig, step: Callable[[Run, Motion, Through], Coroutine[Any, Any, T]]) -> T:
+def on(rig: Rig, step: Callable[[StepRun], Coroutine[Any, Any, T]]) -> T:
     """What comes of `step`."""
-    through = cast(Through, SimpleNamespace(rig=rig, history=rig.history, planner=Planner()))
-    body = SimpleNamespace(repeats=6, share=0.7)
-    file = SimpleNamespace(motion_capture=SimpleNamespace(rods=(10,)))
-    run: Any = SimpleNamespace(
-        body=body, parameters=RIG, actuator=RIG.actuator, file=file, borrowing=Lent(), say=lambda *_: None
-    )
+    context = SimpleNamespace(rig=rig, history=rig.history, operator=rig.operator, kept=None, note=None)
+    parts = SimpleNamespace(procedures=SimpleNamespace(context=context), planner=Planner())
+    file: Any = SimpleNamespace(motion_capture=SimpleNamespace(rods=(10,)))
+    run = Free("statics", StartBody(repeats=6, share=0.7), own(), file, Path(), cast(StepContext, parts))
     loop = VirtualLoop()
     rows = loop.create_task(rig.run())
     try:
         loop.run_until_complete(asyncio.sleep(1.0))
-        return loop.run_until_complete(step(run, Free(through, cast(Any, None), run), through))
+        return loop.run_until_complete(step(run))
     finally:
         rows.cancel()
         loop.run_until_complete(asyncio.sleep(0.1))
@@ -109,7 +104,7 @@ def test_steps_of_slow_chambers_are_kept_from_the_first_row_to_the_last() -> Non
         rows["pressure_meas"], rows["pressure_cmd"] = 5e3 * t[:, None], 80e3
 
     levels = pressure.LEVELS * 6
-    found = on(Rig(rising), lambda run, motion, through: pressure._steps(2, 80e3, levels, run, motion))
+    found = on(Rig(rising), lambda run: pressure._steps(2, 80e3, levels, run))
     assert len(found.starts) == len(levels) and len(found.slots) > 24 * 3.9e3 > KEPT
     assert (np.diff(found.slots) == 1).all() and found.slots[0] < found.starts[0] and (found.asked == 80e3).all()
     assert found.shown == pytest.approx(5.0 * found.slots)
@@ -135,7 +130,7 @@ def test_a_slow_release_is_kept_from_its_lead_on() -> None:
         rows["p_meas"][:, 0] = 1e-3 * t
 
     u = (20.0 * RIG.controller.rest_rate, 0.0)
-    lead = lambda run, motion, through: sweep._decay(u, np.zeros(2), (10,), run, motion)  # noqa: E731
+    lead = lambda run: sweep._decay(u, np.zeros(2), (10,), run)  # noqa: E731
     _, release = on(Rig(swung), lead)
     assert release.slot - release.slots[0] > 19_000 > KEPT and (np.diff(release.slots) == 1).all()
 

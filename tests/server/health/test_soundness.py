@@ -66,12 +66,15 @@ def test_a_server_one_of_whose_jobs_fails_serves_frames_status_and_e_stop(server
         raise RuntimeError("the look is broken")
 
     with page.live() as live:
-        server.services.scheduler.jobs["the run"].call = fail
+        server.services.scheduler.jobs["the procedure under way"].call = fail
         wait_for(lambda: "the look is broken" in page.get("/api/health").json()["server"], "the trouble")
         frames, statuses = len(live.frames), len([text for text in live.texts if text["type"] == "status"])
         wait_for(lambda: len(live.frames) > frames + 60, "frames")
         wait_for(lambda: len([text for text in live.texts if text["type"] == "status"]) > statuses + 1, "a status")
-        assert live.wait("event", lambda line: "the run fails: RuntimeError" in line["text"])["level"] == "error"
+        assert (
+            live.wait("event", lambda line: "the procedure under way fails: RuntimeError" in line["text"])["level"]
+            == "error"
+        )
         health = page.get("/healthz")
         assert health.status_code == 503 and not health.json()["server"]["ok"]
         assert page.command("e_stop").status_code == 200

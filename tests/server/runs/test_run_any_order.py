@@ -10,11 +10,13 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from controller.schema.modes import Cause, Mode, Request
 from server.http.who import Identity
+from server.procedure.override import RETRY_S
+from server.procedure.procedure import STRAY_S
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import DEADLINES, ENDS, MOVING, Phase
 from server.runs.results import KEPT
-from server.runs.runs import AGAIN, GONE, STRAY
+from server.runs.runs import SILENCE_MAX_S
 from tests.server.leave import ANYTHING
 from tests.server.run_world import ANN, BOB, LONG, LONGEST_REQUEST, SLACK, World
 from tests.server.scripted_rig import Fate
@@ -134,7 +136,7 @@ class AnyOrder(RuleBasedStateMachine):
             assert now - machine.since <= bound + 1.0 or machine.late()
             world.pass_time(0.05)
             if not machine.ended:
-                assert world.rig.age <= GONE + SLACK
+                assert world.rig.age <= SILENCE_MAX_S + SLACK
 
     @invariant()
     def nothing_tracks_without_a_run_for_long(self) -> None:
@@ -143,7 +145,7 @@ class AnyOrder(RuleBasedStateMachine):
         hears = not (world.rig.cut or world.rig.deaf) and world.beating
         if hears and since is not None and (machine is None or not machine.moving):
             for _ in range(3):  # a request of it may be refused or lost as the script says
-                world.pass_time(STRAY + AGAIN + SLACK)
+                world.pass_time(STRAY_S + RETRY_S + SLACK)
             machine = world.runs._machine
             assert world.rig.mode != Mode.TRACK or (machine is not None and machine.moving)
 

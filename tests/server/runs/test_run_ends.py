@@ -17,13 +17,15 @@ from server.access.lease import OperatorLease
 from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
+from server.procedure.motion import Context
+from server.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.runs.lap import Leg
 from server.runs.messages import RunBody
 from server.runs.results import KEPT, Results
 from server.runs.run import Before
-from server.runs.runs import GONE, Runs
-from server.runs.tracker import Held, Tracker
+from server.runs.runs import SILENCE_MAX_S, Runs
+from server.runs.tracker import Held
 from tests.server.leave import permits_of
 from tests.server.live_server import PLANNER
 
@@ -43,14 +45,19 @@ class Rig:
     def require_ready(self) -> Any:
         return SimpleNamespace(boot=self.boot_id, parameters=RigParameters())
 
-    def boot(self) -> int:
-        return self.boot_id
+    @property
+    def info(self) -> Any:
+        return self.require_ready()
 
+    @property
     def age(self) -> float:
         return self.silent
 
-    def tracks(self) -> bool:
-        return False
+    def require_info(self) -> Any:
+        return self.info
+
+    def listen(self, hears: object) -> None:
+        pass
 
     async def hold(self, permit: Permit) -> Held:
         await self.halt(permit)
@@ -91,9 +98,11 @@ class Desk:
     def __init__(self, folder: Path) -> None:
         self.rig, self.lease, self.events = Rig(), OperatorLease(lambda: 0.0), EventLog()
         self.results = Results(folder / "runs.json")
-        ignored = {"end_run": lambda: None, "recording": lambda: None, "approach": lambda first, end: None}
+        ignored = {"end_run": lambda: None, "recording": lambda: None, "annotate": lambda annotation: None}
         automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, **ignored))
-        self.runs = Runs(cast(Tracker, self.rig), PLANNER, automatic, self.events, self.results)
+        rig: Any = self.rig
+        self.procedures = Procedures(Context(rig, cast(Any, None), rig, cast(Any, None), self.events))
+        self.runs = Runs(self.procedures, rig, PLANNER, automatic, self.results)
         self.rig.runs = self.runs  # type: ignore[attr-defined]
         self.lease.acquire(ANN)
 
@@ -150,7 +159,7 @@ async def test_another_life_of_the_rig_or_its_silence_ends_the_run(desk: Desk) -
     runs.look()
     assert (desk.phase, desk.reason) == ("broken off", "the rig restarted")
     await desk.running()
-    desk.rig.silent = GONE + 1.0
+    desk.rig.silent = SILENCE_MAX_S + 1.0
     runs.look()
     assert (desk.phase, desk.reason) == ("broken off", "the rig is gone")
     assert [result.id for result in runs.results()] == [2, 1]
