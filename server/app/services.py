@@ -181,7 +181,8 @@ class Services:
         rig, operator, events, state = self.rig, self.operator, self.events, self.settings.state
         self.results = Results(self._state("runs"), self.bus.publish)
         self.steps = CommissioningStore(commissioning_file(state, self.settings.rig))
-        self.procedures = Procedures(Context(rig, self.history, operator, self.kept, events, self.steps))
+        context = Context(rig, self.history, operator, self.kept, events, self.steps)
+        self.procedures = Procedures(context, self.scheduler)
         tracker = Tracker(rig, operator)
         self.runs = Runs(self.procedures, tracker, self.planner, self.automatic, self.results)
         self.history.listen(self.runs.inbox.put)

@@ -27,7 +27,7 @@ from typing import Literal
 from controller.errors import TendrilError
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.states import LIVE, MOVING
-from controller.system.tasks import Tasks
+from controller.system.scheduler import Scheduler
 from server.access.permit import Permit, own
 from server.log.events import words
 from server.procedure.motion import POLL_S, Context, Motion
@@ -222,11 +222,10 @@ class Procedure(Motion):
 class Procedures:
     """Those under way. Only the event loop uses it, but for `hear`."""
 
-    def __init__(self, context: Context, clock: Callable[[], float] = time.monotonic) -> None:
-        self.context, self._clock = context, clock
+    def __init__(self, context: Context, scheduler: Scheduler, clock: Callable[[], float] = time.monotonic) -> None:
+        self.context, self._scheduler, self._clock = context, scheduler, clock
         self._stray = 0.0
         self._under_way: tuple[Procedure, ...] = ()
-        self._tasks = Tasks(lambda text: context.events.add(text, "error"))
         context.operator.listen(self.hear)
 
     def start(self, procedure: Procedure, about: str = "") -> None:
@@ -271,7 +270,7 @@ class Procedures:
 
     def _begin(self, procedure: Procedure) -> None:
         self.add(procedure)
-        self._tasks.begin(procedure.title, self._go(procedure))
+        self._scheduler.begin(procedure.title, self._go(procedure))
 
     async def _go(self, procedure: Procedure) -> None:
         try:
@@ -281,9 +280,10 @@ class Procedures:
 
     def _look_for_strays(self) -> None:
         """Nothing tracks by itself: the answer to a request may have been lost, or a server have ended."""
+        if any(one.tracks for one in self._under_way):
+            return
         now, rig = self._clock(), self.context.rig
-        stray = rig.newest is not None and rig.newest[0]["mode"] == Mode.TRACK and not rig.trouble
-        if not stray or any(one.tracks for one in self._under_way):
+        if rig.newest is None or rig.newest[0]["mode"] != Mode.TRACK or rig.trouble:
             self._stray = now + STRAY_S
         elif now > self._stray:
             self._stray = now + RETRY_S

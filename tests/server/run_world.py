@@ -13,6 +13,7 @@ from controller.errors import TendrilError
 from controller.reference.feasible.within_reach import projected
 from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters, Settings
+from controller.system.scheduler import Scheduler
 from recordings.format.annotations import Annotation, Approach
 from server.access.lease import OperatorLease
 from server.http.who import Identity
@@ -100,7 +101,8 @@ class World:
         automatic, self.results = cast(Automatic, self.recordings), Results(folder / "runs.json")
         history, kept = History(), KeptSettings(folder / "settings.json", self.events)
         rig, operator = cast(Rig, self.rig), cast(Operator, self.rig)
-        self.procedures = Procedures(Context(rig, history, operator, kept, self.events), self.loop.time)
+        context = Context(rig, history, operator, kept, self.events)
+        self.procedures = Procedures(context, Scheduler(), self.loop.time)
         planner = cast(Planner, AtOnce())
         self.runs = Runs(self.procedures, tracker, planner, automatic, self.results, self.loop.time)
         self.asked: list[tuple[float, asyncio.Task[Any]]] = []

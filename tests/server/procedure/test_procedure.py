@@ -12,6 +12,7 @@ from controller.errors import CommandRefused, NotAllowed
 from controller.schema.messages import CommandReply
 from controller.schema.modes import Cause, Law, Mode, Request
 from controller.schema.parameters import Settings
+from controller.system.scheduler import Scheduler
 from server.access.lease import OperatorLease
 from server.access.permit import Permit, own
 from server.http.who import Identity
@@ -107,7 +108,9 @@ class World:
         self.context = Context(
             cast(Rig, self.rig), self.history, cast(Operator, self.rig), self.kept, self.events, self.note
         )
-        self.procedures = Procedures(self.context, self.loop.time)
+        scheduler = Scheduler()
+        scheduler.tell = lambda text: self.events.add(text, "error")
+        self.procedures = Procedures(self.context, scheduler, self.loop.time)
         self.lease.acquire(ANN)
         self.permits = permits_of(self.lease)
         self._tasks = [self.loop.create_task(self.rig.run()), self.loop.create_task(self._beat())]

@@ -13,6 +13,7 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters, Settings
+from controller.system.scheduler import Scheduler
 from server.access.lease import OperatorLease
 from server.access.permit import Permit
 from server.http.who import Identity
@@ -101,7 +102,7 @@ class Desk:
         ignored = {"end_run": lambda: None, "recording": lambda: None, "annotate": lambda annotation: None}
         automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, **ignored))
         rig: Any = self.rig
-        self.procedures = Procedures(Context(rig, cast(Any, None), rig, cast(Any, None), self.events))
+        self.procedures = Procedures(Context(rig, cast(Any, None), rig, cast(Any, None), self.events), Scheduler())
         self.runs = Runs(self.procedures, rig, PLANNER, automatic, self.results)
         self.rig.runs = self.runs  # type: ignore[attr-defined]
         self.lease.acquire(ANN)
