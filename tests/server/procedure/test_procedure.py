@@ -204,7 +204,7 @@ def test_a_procedure_of_ten_lines_goes_to_its_end_and_gives_the_rig_back(world: 
 
 @pytest.mark.parametrize("what", ENDS)
 @pytest.mark.parametrize("kind", [Nudge, Vented])
-def test_whatever_ends_it_is_said_and_puts_the_settings_back(world: World, kind: type[Procedure], what: str) -> None:
+def test_each_end_is_said_and_puts_the_settings_back(world: World, kind: type[Procedure], what: str) -> None:
     act, reason, mode = ENDS[what]
     before = world.rig.settings
     if kind.rests:
