@@ -30,6 +30,8 @@ from server.runs.tracker import Held
 from tests.server.leave import permits_of
 from tests.server.live_server import PLANNER
 
+pytestmark = pytest.mark.process
+
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")
 CIRCLE = RunBody(reference="circle_1hz", laps=None)
 
