@@ -18,13 +18,14 @@ from controller.system.origin import ROOT
 from controller.virtual.board import LAST_COMMAND, VENTED_AT
 from tests.firmware.conftest import VENT, Bench, answer, outlet, wait_for
 
+pytestmark = pytest.mark.alone
+
 DRIVES = """
 import sys, time
 import numpy as np
 from controller.drivers.device import Outlet
 from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
 
-pytestmark = pytest.mark.alone
 board = SerialBoard(SerialOptions(port=sys.argv[1]), (0, 1, 2, 3), False)
 board.open()
 asked = np.full(4, 80e3)

@@ -31,13 +31,14 @@ from controller.virtual.peers import Drive
 from controller.virtual.registry import capture_peer
 from tests.controller.live_rig import LiveRig, live_rig, wait_for
 
+pytestmark = pytest.mark.alone
+
 CRASHING_PUMP = """
 import sys
 from controller.link import PlannedRows
 from controller.link.rig_end import RigEnd
 from controller.realtime.rig import RigSettings, run_rig
 
-pytestmark = pytest.mark.alone
 
 def publish(self, rows, real=RigEnd.publish):
     real(self, rows)

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.process
+
 PROGRAM = """
 import json
 from pathlib import Path
 from controller.kernels.model.rod import accelerate  # numba and its compiler
 from controller.system.memory import forget_start
-
-pytestmark = pytest.mark.process
 
 def resident():
     return int(Path("/proc/self/statm").read_text().split()[1]) * 4096

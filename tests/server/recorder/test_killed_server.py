@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -39,8 +38,9 @@ def test_a_recording_goes_on_without_its_server_and_the_next_one_ends_it(
     server = TestServer(tmp_path, shared_rig.endpoint, apart=True)
     try:
         state = wait_for(lambda: (found := server.services.recorder.state()).recording and found, "the recording")
-        time.sleep(0.5)
-        done = Recording.model_validate(server.operator().delete("/api/recordings/current").json())
+        wait_for(lambda: any("goes on" in event.text for event in server.services.events.recent), "the log")
+        page = server.page().sign_in().operate()  # commands nothing: the rig keeps to the killed server for 2 s
+        done = Recording.model_validate(page.delete("/api/recordings/current").json())
         log = [event.text for event in server.services.events.recent]
     finally:
         server.close()

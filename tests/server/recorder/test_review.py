@@ -61,7 +61,7 @@ def test_a_killed_reader_loses_no_recording_and_all_are_finished(tmp_path: Path)
         finished = wait_for(lambda id=recording.id: (found := store.find(id)).metrics and found, "its metrics")
         assert finished.bytes < recording.bytes
     assert not [*tmp_path.glob(".draft-*/*.rrd")]
-    reader.close()
+    reader.stop()
 
 
 def test_a_reader_that_is_killed_again_and_again_leaves_the_recording_as_it_was(tmp_path: Path) -> None:

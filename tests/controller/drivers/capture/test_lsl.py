@@ -7,6 +7,8 @@ from importlib.util import find_spec
 
 import pytest
 
+pytestmark = pytest.mark.process
+
 CONFIGURATION = """
 [ports]
 IPv6 = disable
@@ -23,8 +25,6 @@ import pylsl
 import pytest
 from controller.drivers.device import DeviceError
 from controller.drivers.capture.lsl import LslCapture, LslOptions
-
-pytestmark = pytest.mark.process
 
 def outlet(name, channels=6, form="float32", labels=("tip", "mid")):
     info = pylsl.StreamInfo(name, "MoCap", channels, 100, form, f"tendril-{name}")

@@ -23,6 +23,8 @@ from controller.virtual.registry import CAPTURE_PEERS, VALVE_PEERS
 from tests.controller.drivers import marker_source
 from tests.controller.drivers.capture.test_lsl import CONFIGURATION
 
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
+
 EVERY_CHECK = [(name, True) for name in (*FIRST, *CAPTURE, *LAST)]
 HERE = {"lsl", "motioncapture", "ros2"}
 NEEDS_HARDWARE = {"nidaq"}
@@ -30,8 +32,6 @@ LSL = """
 import json, sys, time
 from controller.drivers.conformance import check_driver, trial
 from tests.controller.drivers.conformance.test_conformance_peers import ProcessBench
-
-pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 trial.MARGIN = float(sys.argv[1])
 stream = f"rods-{time.monotonic_ns()}"
