@@ -37,7 +37,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    if STARTING & set(getattr(item, "fixturenames", ())):
+    if STARTING & set(getattr(item, "fixturenames", ())) or "e2e" in item.path.parts:
         item.add_marker(pytest.mark.process)
 
 

@@ -156,8 +156,8 @@ BY_OPERATOR: dict[str, Opener] = {
     "drawing/tools/DrawText.tsx": text,
     "drawing/DrawSaved.tsx": saved,
     "drawing/library/ReferencePanel.tsx": opened("reference", tab="Run"),
-    "presets/AskActuator.tsx": another_actuator,
-    "presets/GainPresets.tsx": opened("gain-presets", tab="Gains"),
+    "operate/presets/AskActuator.tsx": another_actuator,
+    "operate/presets/GainPresets.tsx": opened("gain-presets", tab="Gains"),
     "health/HealthLimits.tsx": opened("alarm-limits", tab="Health"),
     "plots/SignalChooser.tsx": opened("signals", tab="Plots"),
     "plots/LayoutMenu.tsx": opened("layouts", tab="Plots"),
@@ -181,7 +181,7 @@ KINDS += (
     "plots/SignalChooser.tsx",
     "recorder/detail/ExportDialog.tsx",
     "app/guide/Guide.tsx",
-    "presets/AskActuator.tsx",
+    "operate/presets/AskActuator.tsx",
 )
 """One of each way to lay something over the page; `make test-long` tries all."""
 
