@@ -2,6 +2,7 @@
 
 import multiprocessing.util
 import sys
+import traceback
 from typing import Any
 
 STARTS = {"subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.spawn", "os.system"}
@@ -26,5 +27,10 @@ def watch() -> None:
 
 def note(event: str, given: tuple[Any, ...]) -> None:
     """Of an audit event, where it starts a process."""
-    if event in STARTS and given[:1] != (COMMIT,):
+    if event in STARTS and given[:1] != (COMMIT,) and not importing():
         started.append(f"{event}: {given!r:.200}")
+
+
+def importing() -> bool:
+    """Whether a library asks for something as it is imported, which is no doing of the test that comes first to it."""
+    return any(frame.f_code.co_filename.startswith("<frozen importlib") for frame, _ in traceback.walk_stack(None))

@@ -116,6 +116,7 @@ def test_what_passed_is_skipped_until_an_input_changes(
 
 @pytest.mark.process
 def test_a_test_that_starts_a_process_unmarked_fails(tmp_path: Path) -> None:
+    (tmp_path / "asking_library.py").write_text("import subprocess\nsubprocess.run(['true'])\n")
     tests = tmp_path / "test_starts.py"
     tests.write_text(
         "import pytest, subprocess, multiprocessing as m\n"
@@ -123,10 +124,11 @@ def test_a_test_that_starts_a_process_unmarked_fails(tmp_path: Path) -> None:
         "def test_spawned():\n    p = m.get_context('spawn').Process(target=print)\n    p.start()\n    p.join()\n"
         "@pytest.mark.process\ndef test_marked(): subprocess.run(['true'])\n"
         "def test_none(): pass\n"
+        "def test_imports(): import asking_library\n"
     )
     plugin = ["-p", "tests.conftest", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), "-c", "/dev/null"]
     program = [sys.executable, "-m", "pytest", "-q", *plugin, str(tests)]
     done = subprocess.run(program, capture_output=True, text=True, cwd=keyed.ROOT)
-    assert re.search(r"4 passed.*2 errors", done.stdout), done.stdout
+    assert re.search(r"5 passed.*2 errors", done.stdout), done.stdout
     assert set(re.findall(r"^ERROR .*::test_(\w+)", done.stdout, re.MULTILINE)) == {"plain", "spawned"}
     assert done.stdout.count("it starts a process and is not marked so") >= 2
