@@ -7,6 +7,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FILES_MAX, LINES_MAX = 40, 400
 """A folder of so many files is a drawer; whether a smaller one is a room, people judge by looking."""
+ROOMS_MAX = {"controller": 12, "recordings": 8, "server": 16}
+"""What a newcomer can count."""
 
 
 @pytest.mark.parametrize("package", ["controller", "recordings", "server"])
@@ -16,6 +18,12 @@ def test_no_folder_and_no_file_is_crowded(package: str) -> None:
     assert crowded(folders, FILES_MAX) == {}
     long = {str(path): count for path in files if (count := len(path.read_text().splitlines())) > LINES_MAX}
     assert long == {}
+
+
+@pytest.mark.parametrize("package", ROOMS_MAX)
+def test_rooms_can_be_counted(package: str) -> None:
+    rooms = [path.parent.name for path in (ROOT / package).glob("*/__init__.py")]
+    assert len(rooms) <= ROOMS_MAX[package], rooms
 
 
 def test_no_folder_of_tests_is_crowded() -> None:

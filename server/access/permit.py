@@ -3,7 +3,7 @@
 A route or socket makes a permit when it is asked, and gives it along. Between that moment and the act lie planning,
 locks, queues and waits, in which control may pass to another: so the permit decides nothing when it is made, and
 `require` is called last, in the thread that sends (server/operate/operator.py,
-server/rig/client.py, server/presets/actuator.py).
+server/rig/client.py, server/hardware/actuator.py).
 """
 
 import time

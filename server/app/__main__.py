@@ -10,9 +10,9 @@ from pathlib import Path
 from controller.realtime.settings import REFUSED
 from controller.system.complaints import one_line_errors
 from controller.system.logs import log_json
+from server.app.ready import announce_to
 from server.app.run import run_server
 from server.settings import ServerSettings
-from server.supervise.ready import announce_to
 
 PR_SET_PDEATHSIG = 1
 """prctl(2), Linux: be sent this signal when the thread that started this process ends, however that happens."""

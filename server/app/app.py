@@ -24,10 +24,12 @@ from server.access.roles import authorise
 from server.access.security import schemes, secure
 from server.access.sessions import Sessions
 from server.app.services import Services
-from server.commissioning import routes as commissioning
 from server.drawing import planning
 from server.drawing import routes as drawing
+from server.hardware import actuator_routes
 from server.hardware import routes as hardware
+from server.hardware.commissioning import routes as commissioning
+from server.hardware.first_mode import routes as first_mode
 from server.health import routes as health
 from server.http import given, problems
 from server.http.answers import REFUSALS, say_once
@@ -35,12 +37,10 @@ from server.http.connections import WHOLE
 from server.live import presence, socket
 from server.live.messages import FromBrowser, FromServer, Heard
 from server.log import refusals
-from server.operate import command_routes, lease_routes, settings
+from server.operate import command_routes, gain_routes, lease_routes, settings
 from server.operate.messages import Presence
 from server.operate.stop_lane import StopLane
 from server.plots import routes as plots
-from server.presets import routes as presets
-from server.presets.first_mode import routes as first_mode
 from server.recorder import bookmark_routes, export_routes, rerun_routes
 from server.recorder import routes as recorder
 from server.rig import reach, twin_routes
@@ -67,7 +67,8 @@ ROUTES = (
     bookmark_routes,
     export_routes,
     plots,
-    presets,
+    gain_routes,
+    actuator_routes,
     first_mode,
     hardware,
     commissioning,

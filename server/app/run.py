@@ -14,12 +14,12 @@ from controller.system.logs import log_in_background
 from controller.system.loop_watchdog import end_process
 from controller.system.memory import few_arenas, forget_start
 from server.app.app import create_app
+from server.app.ready import Addresses
 from server.app.services import Services
 from server.app.shutdown import Server, come_to_rest
 from server.http.connections import Connection, Socket
 from server.http.tls import require_certificate
 from server.settings import ServerSettings
-from server.supervise.ready import Addresses
 
 log = logging.getLogger(__name__)
 

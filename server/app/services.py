@@ -15,15 +15,21 @@ from server.access.sessions import Sessions
 from server.access.token_watch import IN_FORCE_S, TokenWatch
 from server.access.tokens import TokenFile
 from server.access.user_files import UserFiles
-from server.commissioning.commissioning import Commissioning
-from server.commissioning.step_run import StepContext
-from server.commissioning.store import CommissionedFile, CommissioningStore, commissioning_file, data_folder
 from server.drawing.store import Drawings
+from server.hardware.change import Change
+from server.hardware.commissioning.commissioning import Commissioning
+from server.hardware.commissioning.step_run import StepContext
+from server.hardware.commissioning.store import CommissionedFile, CommissioningStore, commissioning_file, data_folder
+from server.hardware.first_mode.measurement import FirstModeMeasurement, Parts
+from server.hardware.first_mode.store import FirstModes, modes_file
+from server.hardware.outcomes import OUTCOME_S, OutcomeWatch
 from server.hardware.rig_file import RigFileKeeper
 from server.health.alarm_watch import JUDGED_S, AlarmWatch
 from server.health.alarms import Alarms
 from server.health.loop_health import LoopWatch
 from server.health.monitor import HEALTH_S, HealthMonitor
+from server.health.notices import Notices
+from server.health.webhook import Webhook
 from server.http.rates import Rates
 from server.http.refused import RefusedCounts
 from server.live.hub import FRAME_APART_S, FRAME_S, NEWS_S, Hub, Viewer
@@ -32,26 +38,20 @@ from server.log.audit import LARGEST, Audit, AuditEntry
 from server.log.event_file import EventFile
 from server.log.events import Event, EventLog, to_log
 from server.log.line_writer import FILE_NEWS_S
-from server.notify.notices import Notices
-from server.notify.webhook import Webhook
 from server.operate.detector import ChangeDetector
 from server.operate.events import BootChanged, LeaseChanged, SettingsChanged, TroubleChanged
+from server.operate.gains import GainPresets
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
+from server.operate.procedure.motion import Context
+from server.operate.procedure.procedure import Procedures
 from server.operate.reactions import Reactions
 from server.operate.settings import KeptSettings
 from server.operate.stopper import Stopper
 from server.operate.target_control import TargetContext
 from server.plots.feed import Plots
 from server.plots.layouts import Layouts
-from server.presets.change import Change
-from server.presets.first_mode.measurement import FirstModeMeasurement, Parts
-from server.presets.first_mode.store import FirstModes, modes_file
-from server.presets.gains import GainPresets
-from server.presets.outcomes import OUTCOME_S, OutcomeWatch
-from server.procedure.motion import Context
-from server.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
 from server.recorder.client import RecorderClient, launch

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from controller.errors import TendrilError
+from server.app.browser import launch_chromium
 from server.campaign.waiting import Skipped, require
-from server.supervise.browser import launch_chromium
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

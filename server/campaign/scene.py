@@ -23,16 +23,16 @@ from controller.schema.rig_file import parse_rig_file
 from controller.system.thread import SupervisedThread
 from controller.virtual.firmware import compiler
 from controller.virtual.process import VirtualProcess
+from server.app.up import ServerChild
 from server.campaign import inside, trace
 from server.campaign.person import Person
 from server.campaign.proxy import Proxy
 from server.campaign.table import BOARD_GAP, GAP
 from server.campaign.waiting import Failed, Skipped, require, wait
-from server.presets.actuator import kept_file
-from server.presets.orders import Orders
+from server.hardware.actuator import kept_file
+from server.hardware.orders import Orders
 from server.recorder import client
 from server.settings import ServerSettings
-from server.supervise.up import ServerChild
 
 DAYS = "2"
 NAMES = "subjectAltName=IP:127.0.0.1,DNS:localhost\n"

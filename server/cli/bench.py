@@ -21,9 +21,9 @@ from controller.research.bench.mujoco_chain import lacks_mujoco
 from controller.system.keys import read_key
 from controller.system.origin import install_command
 from controller.system.progress import ProgressCallback, no_progress, progress
+from server.app.browser import launch_chromium, require_browser
+from server.app.up import ServerChild
 from server.settings import ServerSettings
-from server.supervise.browser import launch_chromium, require_browser
-from server.supervise.up import ServerChild
 
 Figures = dict[str, Any]
 SECONDS, QUICK_SECONDS = 60.0, 5.0

@@ -27,7 +27,7 @@ from server.cli.typed import ObserverKappa, RecordingsFolder, commands, controll
 if TYPE_CHECKING:
     from controller.schema.actuator import Actuator
     from controller.schema.parameters import ControllerParameters, PlantKind, RigParameters
-    from server.supervise.ready import Addresses
+    from server.app.ready import Addresses
 
 app = commands(no_args_is_help=True, pretty_exceptions_enable=False)
 app.add_typer(recordings_app, name="recordings")
@@ -128,9 +128,9 @@ def up(
     """Start rig (twin, or the devices of a rig file) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from controller.schema.actuator import read_actuator
+    from server.app.up import run_up, with_last_actuator
     from server.cli.rig_files import named_rig, rig_parameters
     from server.settings import ServerSettings
-    from server.supervise.up import run_up, with_last_actuator
 
     _start_log("up", log_format)
     name, file = named_rig(rig)
@@ -175,9 +175,9 @@ def serve(
     log_format: Log = "text",
 ) -> None:
     """Start the server only; the rig may run on another machine."""
+    from server.app.ready import announce_to
     from server.app.run import run_server
     from server.settings import ServerSettings
-    from server.supervise.ready import announce_to
 
     _start_log("server", log_format)
     _refuse_certificates(context, "--endpoint", endpoint)
@@ -288,7 +288,7 @@ def compile() -> None:
 @app.command()
 def systemd(unit: Annotated[UnitName, typer.Argument(help="The process to run as a service.")]) -> None:
     """Print a systemd unit for this installation (`tendril docs operation`)."""
-    from server.supervise.systemd import unit_text
+    from server.app.systemd import unit_text
 
     sys.stdout.write(unit_text(unit))
 

@@ -9,11 +9,11 @@ from controller.schema.parameters import RigParameters, Settings
 from controller.schema.rig_file import parse_rig_file, write_rig_file
 from controller.system.whole_file import read_whole
 from server.access.permit import Permit
+from server.hardware import order_files
+from server.hardware.actuator import described
+from server.hardware.change import Change
 from server.hardware.messages import RigFileState
 from server.http.given import given
-from server.presets import order_files
-from server.presets.actuator import described
-from server.presets.change import Change
 from server.rig.planner import Planner
 
 NO_FILE = "the rig was started without a rig file: start it with `tendril up --rig FILE.toml`"

@@ -1,11 +1,13 @@
-"""From where on a figure of the Health tab is to be watched (amber) or bad (red)."""
+"""From where on a figure of the Health tab is to be watched (amber) or bad (red), and what a webhook is told."""
 
-from typing import Annotated, Self
+from datetime import datetime
+from typing import Annotated, Literal, Self
 
 from pydantic import Field as Bounds
 from pydantic import model_validator
 
 from controller.schema.layout import Model
+from server.runs.messages import RunResult
 
 Duration = Annotated[float, Bounds(ge=1e-5, le=10.0)]
 Distance = Annotated[float, Bounds(ge=1e-5, le=0.2)]
@@ -93,3 +95,18 @@ class AlarmLimits(Model):
     """Share of slots with a tick in the last minute."""
     residual: DistanceLimit = DistanceLimit(amber=3e-3, red=8e-3)
     """Measured minus observer, RMS over the sensed rods."""
+
+
+class Notice(Model):
+    """Body of the POST, as JSON. It holds no token, and nothing by which one could sign in."""
+
+    event: Literal["fault", "e_stop", "run_end"]
+    rig: str
+    time: datetime
+    """UTC."""
+    text: str
+    """One sentence for people."""
+    cause: str
+    """Why the rig is in FAULT or E-STOP, or why the run ended; "" where nothing is to be said."""
+    run: RunResult | None = None
+    """What came of the run; null for anything else."""

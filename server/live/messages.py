@@ -18,10 +18,10 @@ from controller.schema.messages import CommandReply, RigInfo
 from controller.schema.parameters import Settings
 from recordings.format.messages import RecordingState
 from server.access.messages import Lease, Session
+from server.hardware.first_mode.messages import FirstModeState
 from server.log.events import Event
 from server.operate.messages import EStop, People, Presence, Release, Target
 from server.plots.messages import PlotChoice
-from server.presets.first_mode.messages import FirstModeState
 from server.rig.messages import PlotChannel
 from server.runs.macros.messages import MacroState
 from server.runs.messages import RunResult, RunState

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from server.access.lease import OperatorLease
+from server.hardware.first_mode.measurement import FirstModeMeasurement
+from server.hardware.outcomes import OutcomeWatch
 from server.http.given import given
 from server.http.headers import server_time
 from server.http.who import Identity
@@ -12,8 +14,6 @@ from server.live.messages import Health, Status
 from server.operate.operator import Operator
 from server.operate.pages import Pages
 from server.operate.people import PeopleHere
-from server.presets.first_mode.measurement import FirstModeMeasurement
-from server.presets.outcomes import OutcomeWatch
 from server.recorder.client import RecorderClient
 from server.rig.client import Rig
 from server.runs.macros.macros import Macros

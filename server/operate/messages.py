@@ -4,9 +4,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
+from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.schema.messages import Coordinate
+from controller.schema.parameters import Settings
 from server.http.who import Role
+
+PresetName = Annotated[str, spelled(r"^[\w .+-]{1,60}$", "1 to 60 letters, digits, blanks and _ . + -")]
 
 
 class Person(Model):
@@ -91,3 +95,12 @@ class Presence(Model):
 
     type: Literal["presence"]
     n: Annotated[int, Bounds(ge=0)]
+
+
+class GainPreset(Model):
+    """Settings that were saved under a name; the page loads law, gains and limits from them."""
+
+    name: str
+    settings: Settings
+    built_in: bool = False
+    """It comes with Tendril: neither replaced nor deleted."""

@@ -18,8 +18,8 @@ from recordings.format.annotations import Approach
 from server.access.permit import Permit, own
 from server.http.given import given
 from server.log.events import Level
-from server.procedure.motion import ROW_POLL_S
-from server.procedure.procedure import GONE, RESTARTED, Procedure, Procedures
+from server.operate.procedure.motion import ROW_POLL_S
+from server.operate.procedure.procedure import GONE, RESTARTED, Procedure, Procedures
 from server.recorder.automatic import Automatic
 from server.rig.planner import Planner
 from server.runs import planning

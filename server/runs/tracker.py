@@ -15,7 +15,7 @@ from controller.schema.parameters import Settings
 from controller.schema.states import LIVE
 from server.access.permit import Permit, own
 from server.operate.operator import Operator
-from server.procedure.motion import require_mode, shown
+from server.operate.procedure.motion import require_mode, shown
 from server.rig.client import Rig
 from server.runs.lap import Leg
 from server.runs.run import Before

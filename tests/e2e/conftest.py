@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
-from server.supervise.browser import launch_chromium
+from server.app.browser import launch_chromium
 from tests.e2e.at_rest import Caretaker
 from tests.e2e.product import Product, open_page
 

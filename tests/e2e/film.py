@@ -8,7 +8,7 @@ from pathlib import Path
 from PIL import Image
 
 from controller.schema.modes import Mode
-from server.supervise.browser import launch_chromium
+from server.app.browser import launch_chromium
 from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, open_page
 from tests.e2e.screencast import Shown, screencast

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from server.supervise.browser import launch_chromium
+from server.app.browser import launch_chromium
 from tests.e2e.edge import clear
 from tests.e2e.product import Product, open_page
 

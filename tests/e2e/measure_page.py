@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from playwright.sync_api import Browser, BrowserContext, CDPSession, Page, Response, expect
 
+from server.app.browser import launch_chromium
 from server.plots.messages import CHANNELS_MAX
 from server.rig.channels import CHANNELS
-from server.supervise.browser import launch_chromium
 from tests.e2e.product import Product, open_page, wait_until
 from tests.e2e.strokes import LOOP_MM, draw, fact
 

@@ -20,7 +20,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 from controller.realtime.ring import find_ring
 from controller.schema.modes import Mode
 from recordings.format.messages import Recording
-from server.supervise.browser import launch_chromium
+from server.app.browser import launch_chromium
 from tests.e2e.product import Product, open_page
 
 VIEWERS = 2

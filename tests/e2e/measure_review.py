@@ -21,7 +21,7 @@ from playwright.sync_api import Page, expect
 from recordings.format import sidecar
 from recordings.format.messages import Recording
 from recordings.store.finishing import finish
-from server.supervise.browser import launch_chromium
+from server.app.browser import launch_chromium
 from tests.e2e.product import Product, open_page, wait_until
 from tests.e2e.recorded import list_many, record_circle
 from tests.e2e.rerun_timing import Opening, in_rerun

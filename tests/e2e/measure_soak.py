@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from server.supervise.browser import launch_chromium
+from server.app.browser import launch_chromium
 from tests.e2e.drawing.test_drawing import draw
 from tests.e2e.operate.test_operate import PATH_MM, drag
 from tests.e2e.product import Product, open_page, wait_until

@@ -18,7 +18,7 @@ from playwright.sync_api import BrowserContext, Page
 from controller.realtime.ring import find_ring, remove_rings
 from controller.schema.modes import Mode
 from controller.schema.rig_file import read_rig_file
-from server.supervise.ready import UpReady
+from server.app.ready import UpReady
 
 SCREENSHOTS = Path(os.environ.get("TENDRIL_SCREENSHOTS", "/tmp/tendril-screenshots"))
 LOOP_GAP = ("--loop-gap", "0.4")
@@ -111,16 +111,29 @@ def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], 
     return time.monotonic() - start
 
 
+PAINT_MS = 66
+"""Between two paintings of a page under test: to draw all that moves 60 times a second, in software, costs a core."""
+PAINT_SELDOM = f"""if (window === window.top) {{
+  window.requestAnimationFrame = (paint) => setTimeout(() => paint(performance.now()), {PAINT_MS});
+  window.cancelAnimationFrame = clearTimeout;
+}}"""
+
+
 def remember(context: BrowserContext, key: str, value: str) -> None:
     """Put a value into the page's own storage before it is opened; frames with another viewer may have none."""
     context.add_init_script(f"if (window === window.top) localStorage.setItem('{key}', '{value}')")
 
 
-def open_page(context: BrowserContext, product: Product, *, guide: bool = False, with_3d: bool = False) -> Page:
+def open_page(
+    context: BrowserContext, product: Product, *, guide: bool = False, with_3d: bool = False, smooth: bool = False
+) -> Page:
     """Open the page and wait for live telemetry.
 
-    The guide of the first visit and the 3D view only when asked for: drawn in software it makes everything else slow.
+    The guide of the first visit and the 3D view only when asked for, and every frame only where it is `smooth`: drawn
+    in software they make everything else slow.
     """
+    if not smooth:
+        context.add_init_script(PAINT_SELDOM)
     if not guide:
         remember(context, "tendril-guide", "seen")
     if not with_3d:

@@ -19,7 +19,7 @@ from playwright.async_api import Browser, CDPSession, Page, async_playwright, ex
 from controller.arrays import Array
 from controller.schema.modes import Mode
 from recordings.read.reader import read_rows
-from server.supervise.browser import FLAGS, find_chromium
+from server.app.browser import FLAGS, find_chromium
 from tests.e2e.product import Product
 
 OUT = Path("controller/reference/data/live_path.csv")

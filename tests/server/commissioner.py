@@ -8,7 +8,7 @@ import numpy as np
 
 from controller.schema.rig_file import RigFile, read_rig_file
 from server.campaign.waiting import wait
-from server.commissioning.messages import CHAMBERS, Chamber
+from server.hardware.commissioning.messages import CHAMBERS, Chamber
 from tests.server.virtual_stack import Stack
 
 READY, STEP = 60.0, 300.0

@@ -19,9 +19,9 @@ from server.access.lease import OperatorLease
 from server.http.who import Identity
 from server.log.events import EventLog
 from server.operate.operator import Operator
+from server.operate.procedure.motion import Context
+from server.operate.procedure.procedure import Procedures
 from server.operate.settings import KeptSettings
-from server.procedure.motion import Context
-from server.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.rig.client import Rig
 from server.rig.history import History

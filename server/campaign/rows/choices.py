@@ -11,8 +11,8 @@ from server.access.permit import Permit
 from server.campaign import trace
 from server.campaign.scene import Scene
 from server.campaign.waiting import Seen, require, wait
-from server.presets.messages import ActuatorBody
-from server.presets.order_files import order
+from server.hardware.messages import ActuatorBody
+from server.hardware.order_files import order
 
 WHIP = 0.06
 """Error from which on the arm whips: five times that of the circle [m]."""

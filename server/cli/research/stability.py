@@ -12,8 +12,8 @@ from controller.schema.parameters import SENSORS, RigParameters
 from controller.system.origin import command_line
 from controller.system.progress import progress
 from server.cli.files import require_file, write_json
-from server.presets.first_mode.messages import KeptMode, PlantNumber, in_force
-from server.presets.first_mode.store import FirstModes, modes_file
+from server.hardware.first_mode.messages import KeptMode, PlantNumber, in_force
+from server.hardware.first_mode.store import FirstModes, modes_file
 from server.settings import ServerSettings
 
 GAIN_MOST = 1e6

@@ -9,8 +9,8 @@ from controller.schema.modes import Mode, Request
 from controller.schema.states import LIVE
 from server.drawing.store import Drawings
 from server.operate.messages import SettingsBody
-from server.procedure.motion import ROW_POLL_S
-from server.procedure.procedure import STOPPED, Procedure
+from server.operate.procedure.motion import ROW_POLL_S
+from server.operate.procedure.procedure import STOPPED, Procedure
 from server.recorder.by_hand import RecordingByHand
 from server.runs.macros.messages import (
     ArmStep,

@@ -6,7 +6,7 @@ from controller.errors import CommandRefused
 from controller.schema.modes import Cause, Mode
 from server.access.permit import Permit
 from server.http.given import given
-from server.procedure.procedure import STOPPED, Procedure, Procedures, found_in
+from server.operate.procedure.procedure import STOPPED, Procedure, Procedures, found_in
 from server.runs.macros import messages
 from server.runs.macros.acts import Acts
 from server.runs.macros.messages import Macro, MacroState

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
+from server.app.up import ServerChild
 from server.settings import ServerSettings
-from server.supervise.up import ServerChild
 from tests.e2e.product import Product
 
 

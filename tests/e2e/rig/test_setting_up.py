@@ -9,8 +9,8 @@ from playwright.sync_api import Page, expect
 
 from controller.schema.actuator import PRESETS, write_actuator
 from controller.schema.parameters import RigParameters
-from server.presets.first_mode.messages import Interval, KeptMode, MeasuredMode
-from server.presets.first_mode.store import FirstModes, modes_file
+from server.hardware.first_mode.messages import Interval, KeptMode, MeasuredMode
+from server.hardware.first_mode.store import FirstModes, modes_file
 from tests.e2e.product import Product, frame, shot, wait_until
 
 DASH = "\u2013"

@@ -21,8 +21,8 @@ from server.http.who import Identity
 from server.log.events import EventLog
 from server.operate.operator import Operator
 from server.operate.people import PeopleHere
+from server.operate.procedure.motion import ask
 from server.operate.stopper import Stopper
-from server.procedure.motion import ask
 from server.rig.client import Rig
 from tests.server.leave import permits_of
 

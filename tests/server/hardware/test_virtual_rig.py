@@ -24,7 +24,7 @@ pytestmark = [
     pytest.mark.keyed(
         "controller",
         "firmware",
-        "server/commissioning",
+        "server/hardware/commissioning",
         "server/hardware",
         "server/campaign",
         "tests/server/virtual_stack.py",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from server.supervise.ready import UpReady
+from server.app.ready import UpReady
 from tests.server.live_server import Page, free_environment, wait_for
 
 pytestmark = pytest.mark.alone

@@ -20,8 +20,8 @@ from controller.schema.parameters import Settings
 from recordings.store.store import Store
 from recordings.write.writer import Recorder
 from server.app.app import openapi_schema
+from server.app.ready import ServerReady
 from server.cli.recordings import app as recordings_cli
-from server.supervise.ready import ServerReady
 from tests.recordings.synthetic import rig_info, telemetry_rows
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment, key_file, wait_for
 

@@ -10,8 +10,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from controller.schema.modes import Cause, Mode, Request
 from server.http.who import Identity
-from server.procedure.override import RETRY_S
-from server.procedure.procedure import STRAY_S
+from server.operate.procedure.override import RETRY_S
+from server.operate.procedure.procedure import STRAY_S
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import DEADLINES, ENDS, MOVING, Phase

@@ -18,8 +18,8 @@ from server.access.lease import OperatorLease
 from server.access.permit import Permit
 from server.http.who import Identity
 from server.log.events import EventLog
-from server.procedure.motion import Context
-from server.procedure.procedure import Procedures
+from server.operate.procedure.motion import Context
+from server.operate.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.runs.lap import Leg
 from server.runs.messages import RunBody

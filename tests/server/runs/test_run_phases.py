@@ -8,8 +8,8 @@ import pytest
 
 from controller.schema.modes import Cause, Mode, Request
 from controller.text.markdown import filled
-from server.procedure.override import RETRY_S
-from server.procedure.procedure import STRAY_S
+from server.operate.procedure.override import RETRY_S
+from server.operate.procedure.procedure import STRAY_S
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import CLOSES, DEADLINES, ENDS, MOVING, PAGE, TRANSITIONS, Closes, Event, Phase, markdown

@@ -54,7 +54,7 @@ export interface Input {
   readonly scale: number;
   readonly min: number;
   readonly max: number;
-  /** Of the pressure that full torque takes, where that is less than `max` (server/commissioning). */
+  /** Of the pressure that full torque takes, where that is less than `max` (server/hardware/commissioning). */
   readonly share?: number;
   readonly step: number;
   /** What stands there at first, SI; null: as much as the step usually takes. */

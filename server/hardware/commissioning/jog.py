@@ -1,0 +1,169 @@
+"""The jog step: one chamber at low pressure while a button is held, and which one then fills, by sensor and by eye."""
+
+import asyncio
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from controller.arrays import Array
+from controller.errors import CommandRefused
+from controller.schema.parameters import RigParameters
+from server.hardware.commissioning.messages import CHAMBERS, Chamber, Jogged, JogView, Number
+from server.hardware.commissioning.step_run import StepRun
+from server.hardware.commissioning.store import Found
+from server.operate.procedure.motion import POLL_S, Torques
+
+RENEWED = 0.4
+"""A held button counts for so long [s]."""
+PRESSURE_MAX, SHARE_MAX = 40e3, 0.2
+"""A jogged chamber gets at most this [Pa], and this share of the pressure of full torque."""
+WATCHED_SHARE = 0.45
+"""Of `limits.pressure_off_max` while the chambers are unknown: beyond half of it a wrong chamber would be an E-STOP."""
+SETTLED, WINDOW = 0.8, 0.2
+"""How long a chamber is held before its pressures are looked at, and over which they are averaged [s]."""
+RISE_SHARE = 0.5
+"""A sensor has risen where it shows this share of what was commanded more."""
+IDLE = 120.0
+"""Without a button held for so long the step ends [s]."""
+
+
+def jog_pressure(chamber: int, asked: float | None, rig: RigParameters, unknown: bool = False) -> float:
+    """Pressure of a jogged chamber [Pa], within its bounds; tighter where the chambers' order is `unknown`."""
+    full = rig.actuator.u_max * rig.actuator.pressure_map[chamber // 2]
+    most = min(PRESSURE_MAX, SHARE_MAX * full)
+    if unknown:
+        most = min(most, WATCHED_SHARE * rig.limits.pressure_off_max)
+    return most if asked is None else min(most, asked)
+
+
+def jog_torque(chamber: int, pressure: float, rig: RigParameters) -> Torques:
+    """Torques [N m] by which `chamber` (0 to 3) alone is filled to `pressure` [Pa]."""
+    u = (pressure if chamber % 2 == 0 else -pressure) / rig.actuator.pressure_map[chamber // 2]
+    return (u, 0.0) if chamber < 2 else (0.0, u)
+
+
+@dataclass
+class _Press:
+    """One chamber from press to release."""
+
+    chamber: int
+    since: float
+    level: Array
+    """Pressures before it (4,) [Pa]."""
+
+
+class Jogging:
+    """Holds are renewed by the page; only the event loop uses it."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._held: int | None = None
+        self._until, self._last = 0.0, now()
+        self._pressure = 0.0
+        self._measured: Array | None = None
+        self._jogged: dict[Chamber, Jogged] = {}
+
+    def hold(self, chamber: Chamber | None) -> None:
+        """The button of `chamber` is held, for another RENEWED; None: it was released."""
+        self._last = self._now()
+        self._held = None if chamber is None else CHAMBERS.index(chamber)
+        self._until = self._last + RENEWED
+
+    def held(self) -> int | None:
+        """The chamber that may be filled now."""
+        return self._held if self._now() < self._until else None
+
+    def confirm(self, commanded: Chamber, filled: Chamber) -> None:
+        """The operator saw `filled` fill; CommandRefused unless `commanded` was jogged."""
+        if (one := self._jogged.get(commanded)) is None:
+            raise CommandRefused(f"{commanded} was not jogged yet: hold its button for {SETTLED + WINDOW:g} s")
+        self._last = self._now()
+        self._jogged[commanded] = one.model_copy(update={"filled": filled})
+
+    def view(self) -> JogView:
+        """For the page."""
+        held = self.held()
+        return JogView(
+            held=None if held is None else CHAMBERS[held],
+            pressure=self._pressure,
+            pressures=numbers_of(self._measured),
+            jogged=list(self._jogged.values()),
+        )
+
+    async def do(self, run: StepRun) -> Found:
+        """Fill what is held until all four are confirmed."""
+        await run.take_rig()
+        press: _Press | None = None
+        self._last = self._now()
+        while not all(one in self._jogged and self._jogged[one].filled for one in CHAMBERS):
+            if self._now() - self._last > IDLE:
+                raise CommandRefused(f"no button was held for {IDLE:g} s")
+            press = await self._follow(press, run)
+            confirmed = sum(one.filled is not None for one in self._jogged.values())
+            run.say(_doing(press), confirmed / len(CHAMBERS), waits=press is None)
+            await asyncio.sleep(POLL_S)
+        found = judged(list(self._jogged.values()), run.file.valves.chambers)
+        return found
+
+    async def _follow(self, press: _Press | None, run: StepRun) -> _Press | None:
+        """Let the torques follow the button."""
+        self._measured = run.pressures(WINDOW)
+        held = self.held()
+        if held != (press.chamber if press else None):
+            if held is None:
+                await run.torque((0.0, 0.0))
+                self._pressure = 0.0
+                return None
+            self._pressure = jog_pressure(held, run.body.pressure, run.parameters, unknown=True)
+            press = _Press(held, self._now(), self._measured)
+            await run.torque(jog_torque(held, self._pressure, run.parameters))
+        elif press is not None and self._now() - press.since > SETTLED:
+            self._note(press.chamber, self._measured - press.level)
+        return press
+
+    def _note(self, chamber: int, rises: Array) -> None:
+        name = CHAMBERS[chamber]
+        risen = [one for one, rise in zip(CHAMBERS, rises, strict=True) if rise > RISE_SHARE * self._pressure]
+        before = self._jogged.get(name)
+        self._jogged[name] = Jogged(
+            commanded=name,
+            rises=numbers_of(rises),
+            rose=risen[0] if len(risen) == 1 else None,
+            filled=before.filled if before else None,
+        )
+
+
+def judged(jogged: Sequence[Jogged], channels: Sequence[int]) -> Found:
+    """The order of channels by four confirmed chambers, each of which was commanded through its one of `channels`."""
+    faults = []
+    by_filled: dict[Chamber, list[Chamber]] = {}
+    for one in jogged:
+        if one.filled is not None:
+            by_filled.setdefault(one.filled, []).append(one.commanded)
+        if one.rose is None:
+            faults.append(f"{one.commanded} was filled, and no sensor, or more than one, rose with it")
+        elif one.rose != one.commanded:
+            faults.append(f"{one.commanded} was filled, and the sensor of {one.rose} rose: their wires are crossed")
+    faults += [f"{' and '.join(by)} both filled {filled}" for filled, by in by_filled.items() if len(by) > 1]
+    if faults:
+        return Found(False, "; ".join(faults) + ": jog again")
+    order = [channels[CHAMBERS.index(by_filled[chamber][0])] for chamber in CHAMBERS]
+    same = list(channels) == order
+    rises = [Number(name=f"{one.commanded}, rise", value=_own(one), unit="Pa") for one in jogged]
+    text = f"chambers u1+, u1-, u2+, u2- hang at channels {', '.join(map(str, order))}"
+    text += "" if same else f", not at {', '.join(map(str, channels))}"
+    return Found(True, text, tuple(rises), {} if same else {"valves.chambers": [*order]})
+
+
+def numbers_of(values: Array | None) -> list[float | None]:
+    """(4,) as JSON has them."""
+    return [None] * 4 if values is None else [float(value) if math.isfinite(value) else None for value in values]
+
+
+def _own(one: Jogged) -> float | None:
+    return one.rises[CHAMBERS.index(one.commanded)]
+
+
+def _doing(press: _Press | None) -> str:
+    return "waits for a button to be held" if press is None else f"fills {CHAMBERS[press.chamber]}"

@@ -1,0 +1,56 @@
+"""What becomes of the server's orders for another actuator or plant, in `tendril up`, the rig's parent."""
+
+import logging
+from pathlib import Path
+
+from controller.realtime.supervisor import Started, Supervisor
+from server.hardware.actuator import described, keep, with_other_actuator, with_plant
+from server.hardware.messages import ActuatorBody, ActuatorOutcome
+from server.hardware.order_files import take_choice, take_order, take_plant, take_rig, tell_outcome
+
+log = logging.getLogger(__name__)
+
+
+class Orders:
+    """Orders of the server for another actuator or plant: carried out, and told back; kept once the rig ticked."""
+
+    def __init__(self, path: Path, kept: Path, supervisor: Supervisor) -> None:
+        """`path` is where the orders come, `kept` where the choice is for the next start."""
+        self._path, self._kept, self._supervisor = path, kept, supervisor
+        self._choice: ActuatorBody | None = None
+
+    def look(self) -> None:
+        """Carry out a new order; say what became of the last one."""
+        if (actuator := take_order(self._path)) is not None:
+            self._choice = take_choice(self._path)
+            parameters = self._supervisor.settings.parameters
+            self._supervisor.replace(with_other_actuator(parameters, actuator))
+        if (plant := take_plant(self._path)) is not None:
+            self._supervisor.replace(with_plant(self._supervisor.settings.parameters, plant))
+        if (wanted := take_rig(self._path)) is not None:
+            self._supervisor.replace(wanted)
+        if (started := self._supervisor.started()) is not None:
+            self._settle(started)
+
+    def _settle(self, started: Started) -> None:
+        unkept = ""
+        if not started.reason and self._choice is not None:
+            unkept = self._keep(self._choice)
+        outcome = ActuatorOutcome(
+            actuator=described(started.parameters),
+            reason=started.reason,
+            in_force=described(self._supervisor.settings.parameters),
+            unkept=unkept,
+        )
+        self._choice = None
+        try:
+            tell_outcome(self._path, outcome)
+        except OSError as error:
+            log.warning("the page is not told what became of actuator %s: %s", outcome.actuator, error)
+
+    def _keep(self, choice: ActuatorBody) -> str:
+        try:
+            keep(self._kept, choice)
+        except OSError as error:
+            return error.strerror or str(error)
+        return ""

@@ -1,0 +1,88 @@
+"""What became of an order for another actuator, as the server hears of it."""
+
+import time
+from typing import Annotated, NamedTuple
+
+from pydantic import ValidationError
+
+from server.hardware.messages import ActuatorOutcome
+from server.hardware.order_files import take_outcome
+from server.http.given import given
+from server.log.events import EventLog
+from server.settings import ServerSettings
+
+OUTCOME_S = 0.25
+"""Between two looks for an outcome."""
+ACTUATOR_MAX_S = 90.0
+"""Most time for the rig to come back after an order, be it with the actuator before; then it counts as silent."""
+
+
+class Awaited(NamedTuple):
+    """A rig that was told to start with another actuator."""
+
+    actuator: str
+    boot: int | None
+    """Boot of the rig that is to end."""
+    end: float
+    """Until when it may take [s on the monotonic clock]."""
+
+
+class OutcomeWatch:
+    """Tells what became of an order for another actuator."""
+
+    def __init__(self, settings: ServerSettings, events: EventLog) -> None:
+        self._settings, self._events = settings, events
+        self._blind = False
+        self.failure = ""
+        """Why the last actuator that was asked for is not in force, "" if it is."""
+        self._awaited: Awaited | None = None
+        self._settled = False
+
+    def wait_for(self, actuator: str, boot: int | None) -> None:
+        """The rig, which runs as `boot`, was told to start with `actuator`."""
+        self._settled = self._blind
+        self._awaited = Awaited(actuator, boot, time.monotonic() + ACTUATOR_MAX_S)
+
+    def starting(self, boot: int | None) -> str:
+        """Actuator with which the rig was told to start and has not yet, "" for none; `boot` is the one heard now.
+
+        It has once it is known how that went, and the boot that came of it is heard.
+        """
+        wanted = self._awaited
+        if wanted is None:
+            return ""
+        back = self._settled and boot not in (None, wanted.boot)
+        if back or time.monotonic() > wanted.end:
+            self._awaited = None
+            return ""
+        return wanted.actuator
+
+    def look(self) -> None:
+        """A job: see whether there is one."""
+        if self._settings.orders is None or self._blind:
+            return
+        try:
+            outcome = take_outcome(self._settings.orders)
+        except FileNotFoundError:
+            return
+        except (OSError, ValidationError) as error:
+            self._blind = self._settled = True
+            self._events.add(f"what becomes of another actuator will not be told here: {error}", "warning")
+            return
+        self._tell(outcome)
+
+    def _tell(self, outcome: ActuatorOutcome) -> None:
+        self._settled = True
+        self.failure = told(outcome) if outcome.reason else ""
+        if outcome.reason:
+            self._events.add(self.failure, "error")
+        elif outcome.unkept:
+            self._events.add(f"the next start will not have this actuator: {outcome.unkept}", "warning")
+
+
+def told(outcome: ActuatorOutcome) -> str:
+    """A failed order in one sentence."""
+    return f"actuator {outcome.actuator} did not start: {outcome.reason}; {outcome.in_force} is in force again"
+
+
+GivenOutcomes = Annotated[OutcomeWatch, given(OutcomeWatch)]

@@ -1,0 +1,65 @@
+"""Presets of gains, in one file of the state folder."""
+
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from controller.errors import CommandRefused, TendrilError
+from controller.schema.fit import GAINS
+from controller.schema.parameters import Settings
+from controller.system.state_file import StateFile
+from server.http.errors import NotFound
+from server.operate.messages import GainPreset, SettingsBody
+
+MOST = 100
+"""Presets that are kept; a new one beyond is refused."""
+REPEATING = GainPreset(name="Paths that repeat", settings=Settings(K_FF=(GAINS["K_FF"], GAINS["K_FF"])), built_in=True)
+"""The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
+LOADED = {"K_P", "K_I", "K_FF", "K_o", "B_o", "law", "feedforward_period", "speed_max", "acceleration_max"}
+"""What is loaded from a preset; the choice of sensors and the open-loop command stay, as in the page's `gainsOf`."""
+_FILE: TypeAdapter[list[GainPreset]] = TypeAdapter(list[GainPreset])
+
+
+class GainPresets:
+    """The presets in `path`, by name."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = StateFile(path, _FILE.validate_json, "the saved presets of gains are missing")
+
+    def listed(self) -> list[GainPreset]:
+        """Ours, then the saved ones by name; ours alone when the file cannot be used."""
+        return [REPEATING, *self._saved()]
+
+    def _saved(self) -> list[GainPreset]:
+        return self._file.read() or []
+
+    def save(self, name: str, settings: Settings) -> list[GainPreset]:
+        """Keep `settings` under `name`, in place of what was there; returns all."""
+        others = self._others(name)
+        if len(others) >= MOST:
+            raise CommandRefused(f"there are {MOST} presets already: delete one first")
+        return self._write([*others, GainPreset(name=name, settings=settings)])
+
+    def changes(self, name: str) -> SettingsBody:
+        """What it changes to load this preset; NotFound when there is none."""
+        found = next((preset for preset in self.listed() if preset.name == name), None)
+        if found is None:
+            raise NotFound(f"there is no preset of gains named {name}")
+        return SettingsBody(changes=found.settings.model_dump(mode="json", include=LOADED))
+
+    def delete(self, name: str) -> list[GainPreset]:
+        """Forget the preset; returns the others."""
+        return self._write(self._others(name))
+
+    def _others(self, name: str) -> list[GainPreset]:
+        if name == REPEATING.name:
+            raise CommandRefused(f"{name!r} comes with Tendril: take another name")
+        return [preset for preset in self._saved() if preset.name != name]
+
+    def _write(self, presets: list[GainPreset]) -> list[GainPreset]:
+        presets = sorted(presets, key=lambda preset: preset.name.lower())
+        try:
+            self._file.write(_FILE.dump_json(presets, indent=1))
+        except OSError as error:
+            raise TendrilError(f"the presets cannot be saved: {error.strerror}") from error
+        return [REPEATING, *presets]

@@ -1,1 +1,0 @@
-"""Named choices that outlive a session: gains, and the actuator that the rig is started with."""

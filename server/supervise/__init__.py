@@ -1,1 +1,0 @@
-"""`tendril up`: rig and server as children that are kept alive."""
