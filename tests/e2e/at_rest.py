@@ -12,7 +12,7 @@ WAY_OUT = {Mode.HOLD: "rest", Mode.FOLLOW: "rest", Mode.TRACK: "rest", Mode.FAUL
 
 
 class Caretaker:
-    """Signed in by the token, it operates once nobody else does any more."""
+    """Signed in by the token, it operates once no one else does any more."""
 
     def __init__(self, product: Product) -> None:
         self._product = product
@@ -32,7 +32,7 @@ class Caretaker:
         self._client.close()
 
     def put_to_rest(self) -> None:
-        """Vented, nothing recorded, injected, drawn or changed, and nobody operates."""
+        """Vented, nothing recorded, injected, drawn or changed, and no one operates."""
         wait_until(lambda: self._client.post("/api/lease").is_success, 30.0, each=lambda: time.sleep(0.5))
         self._client.delete("/api/recordings/current")  # 409 where nothing is recorded
         wait_until(self._vented, 30.0)

@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 from server.app.browser import launch_chromium
 from tests.e2e.at_rest import Caretaker
 from tests.e2e.product import Product, open_page
+from tests.e2e.tab import WINDOW, Tab, policy_breaches
 
 expect.set_options(timeout=30_000)
 """A machine may be busy, so no test asserts a time."""
@@ -38,30 +39,42 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(autouse=True)
-def nobody_stays(browser: Browser) -> Iterator[None]:
+def nobody_stays(browser: Browser, tab: Tab) -> Iterator[None]:
     """What a test that failed has left open may not go on to operate: it would keep the lease from all others."""
     before = [*browser.contexts]
     yield
-    for left in [context for context in browser.contexts if context not in before]:
+    for left in [context for context in browser.contexts if context not in (*before, tab.context)]:
         left.close()
 
 
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
-    """A fresh profile: its own cookies, so its own session. Our page itself may not break its security policy.
-
-    The frames of viser and rerun may try: that they fetch fonts and report home is what the policy is there to forbid.
-    """
-    opened = browser.new_context(viewport={"width": 1280, "height": 720})
-    said: list[tuple[str, str]] = []
-    opened.on("console", lambda message: said.append((message.location["url"], message.text)))
+    """A fresh profile: its own cookies, so its own session. Our page itself may not break its security policy."""
+    opened = browser.new_context(viewport=WINDOW)
+    said = policy_breaches(opened)
     yield opened
     opened.close()
-    ours = [text for url, text in said if "/viser/" not in url and "/rerun/" not in url]
-    assert [text for text in ours if "Content Security Policy" in text] == []
+    assert said == []
+
+
+@pytest.fixture(scope="session")
+def tab(browser: Browser) -> Iterator[Tab]:
+    """One for all tests that ask for no context of their own."""
+    found = Tab(browser)
+    yield found
+    found.close()
 
 
 @pytest.fixture
-def page(context: BrowserContext, product: Product) -> Page:
-    """The page, signed in by the address that `tendril up` prints."""
-    return open_page(context, product)
+def page(request: pytest.FixtureRequest, product: Product) -> Iterator[Page]:
+    """The page, signed in by the address that `tendril up` prints, in a session of its own.
+
+    A test that asks for `context` has its page in that one.
+    """
+    if "context" in request.node.fixturenames:
+        yield open_page(request.getfixturevalue("context"), product)
+        return
+    tab: Tab = request.getfixturevalue("tab")
+    failed = request.session.testsfailed
+    yield tab.open(product)
+    tab.leave(sound=request.session.testsfailed == failed)

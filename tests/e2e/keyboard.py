@@ -1,4 +1,4 @@
-"""Somebody with a keyboard only: every stop of the focus is seen, and it is never lost."""
+"""Someone with a keyboard only: every stop of the focus is seen, and it is never lost."""
 
 from playwright.sync_api import Page, expect
 

@@ -139,7 +139,7 @@ def review(page: Page) -> None:
 
 
 def run(product: Product, page: Page, minutes: float, settle: float) -> dict[str, Any]:
-    """Go round until the time is over; a round that fails is counted and told, and the next one begins anew."""
+    """Go round until the time is over; a round that fails is counted and told, and the next one begins again."""
     watch, end, rounds, failed = Watch(product), time.monotonic() + 60.0 * minutes, 0, []
     try:
         while time.monotonic() < end:

@@ -111,7 +111,7 @@ def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], 
     return time.monotonic() - start
 
 
-PAINT_MS = 66
+PAINT_MS = 100
 """Between two paintings of a page under test: to draw all that moves 60 times a second, in software, costs a core."""
 PAINT_SELDOM = f"""if (window === window.top) {{
   window.requestAnimationFrame = (paint) => setTimeout(() => paint(performance.now()), {PAINT_MS});
@@ -127,7 +127,7 @@ def remember(context: BrowserContext, key: str, value: str) -> None:
 def open_page(
     context: BrowserContext, product: Product, *, guide: bool = False, with_3d: bool = False, smooth: bool = False
 ) -> Page:
-    """Open the page and wait for live telemetry.
+    """Open the page in a new tab.
 
     The guide of the first visit and the 3D view only when asked for, and every frame only where it is `smooth`: drawn
     in software they make everything else slow.
@@ -138,7 +138,11 @@ def open_page(
         remember(context, "tendril-guide", "seen")
     if not with_3d:
         remember(context, "tendril-3d", "closed")
-    page = context.new_page()
+    return go_to(context.new_page(), product)
+
+
+def go_to(page: Page, product: Product) -> Page:
+    """Go there by the address with the token, and wait for live telemetry."""
     page.goto(product.url)
     wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)  # by evaluate: the page forbids eval
     return page

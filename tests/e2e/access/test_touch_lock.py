@@ -42,7 +42,7 @@ def choose(page: Page, after: str, by: str) -> None:
 
 
 def leave(page: Page, seconds: float) -> None:
-    """Nobody touches the page for so long."""
+    """No one touches the page for so long."""
     page.evaluate(f"window.lateBy += {1e3 * seconds}")
     expect(page.get_by_test_id("lock")).to_be_visible()
 

@@ -1,4 +1,4 @@
-"""What somebody finds who signs in with the viewer's token."""
+"""What someone finds who signs in with the viewer's token."""
 
 from pathlib import Path
 

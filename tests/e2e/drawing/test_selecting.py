@@ -176,7 +176,7 @@ def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: Brows
     expect(page.get_by_test_id("run-progress")).to_be_visible()
     wait_until(lambda: len(runs()) == before + 2, 30.0)
     again = runs()[0]
-    assert (again["name"], again["state"]) == ("Bars", "done")
+    assert (again["name"], again["state"]) == ("Bars", "done"), again
 
     expect(page.get_by_test_id("run-sparkline")).to_be_visible()
     assert 64 <= len(again["errors"]) <= 128 and max(again["errors"]) == pytest.approx(again["max_error"], abs=1e-7)

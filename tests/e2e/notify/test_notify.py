@@ -1,4 +1,4 @@
-"""The browser's notifications: asked for by a click, shown only where nobody looks."""
+"""The browser's notifications: asked for by a click, shown only where no one looks."""
 
 from playwright.sync_api import BrowserContext, Page, expect
 
@@ -41,7 +41,7 @@ def test_it_is_asked_by_a_click_and_told_only_while_nobody_looks(context: Browse
     page.get_by_test_id("notify-test").click()
     assert page.evaluate("window.asked") == 1 and told(page)[0].startswith("Tendril: test")
     stop_and_clear(page, product)
-    assert len(told(page)) == 1, "somebody looks"
+    assert len(told(page)) == 1, "someone looks"
     page.evaluate("window.looks = false")
     stop_and_clear(page, product)
     assert [text.split(" | ")[0] for text in told(page)] == ["Tendril: test", "Tendril: E-STOP"]

@@ -77,7 +77,7 @@ def test_the_cursor_is_common_and_a_drag_zooms_every_plot(page: Page, made: list
     open_link(page, f"#review/{made[0].id}")
     plots = page.get_by_test_id("quick-plot")
     expect(plots).to_have_count(6)
-    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100, 20.0)  # until then they are made anew
+    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100, 20.0)  # until then they are made again
     expect(plots.first.locator(".u-over")).to_be_visible()
     over = plots.first.locator(".u-over").bounding_box()
     assert over

@@ -143,7 +143,7 @@ def test_every_control_can_be_reached_at_zoom(zoom: int, browser: Browser, produ
 
 
 def load_axe(page: Page) -> None:
-    """Before the first `look` at a page that was opened or loaded anew."""
+    """Before the first `look` at a page that was opened or loaded again."""
     page.evaluate(AXE.read_text() + "; 0")
 
 
