@@ -186,7 +186,7 @@ class RigClient:
         """E-STOP, past all that waits here, on the link and at the rig; the reply's n is the request's number.
 
         `number` names one press, and is unlike those of all other servers: with the same one it acts once, however
-        often it is sent. A rig that started anew since, whose boot id is not `boot`, refuses it, and is vented. Raises
+        often it is sent. A rig that started again since, whose boot id is not `boot`, refuses it, and is vented. Raises
         as `command`, but never RigHeld.
         """
         payload = np.array([boot, number], np.int64).tobytes()

@@ -49,7 +49,7 @@ log = logging.getLogger(__name__)
 
 PUMP_S = 1 / 60
 AGAIN = "TENDRIL_RIG_AGAIN"
-"""In the environment of a rig that began anew after it had to compile."""
+"""In the environment of a rig that began again after it had to compile."""
 NO_ROWS = np.empty(0, record_dtype(Telemetry))
 """Sent while the twin is paused: the rig is there, and nothing new."""
 BATCH_ROWS_MAX = 1000
@@ -169,7 +169,7 @@ class RigProcess:
             self._sent = start + len(rows)
 
     def _leave_orphaned(self) -> None:
-        """Without the parent nobody would ever end this process: stay until the safety states brought it to rest."""
+        """Without the parent no one would ever end this process: stay until the safety states brought it to rest."""
         if self.settings.parent not in (0, os.getppid()) and at_rest(self.ring.newest()):
             self.stop(Cause.SERVER_LOST)
 
@@ -197,7 +197,7 @@ class RigProcess:
 
 
 def at_rest(row: np.void | None) -> bool:
-    """Whether nothing is driven after the tick of `row`, and nothing will be unless somebody asks for it."""
+    """Whether nothing is driven after the tick of `row`, and nothing will be unless someone asks for it."""
     if row is None or row["mode"] in (Mode.VENTED, Mode.E_STOP):
         return True
     return bool(row["mode"] == Mode.FAULT and not row["u"].any())
@@ -213,7 +213,7 @@ def rig_driver(parameters: RigParameters) -> Driver:
 def load_kernels(parameters: RigParameters) -> None:
     """Have all that the loop calls in this process, from the cache: who compiles keeps 370 MB of it, who loads none.
 
-    So a process that had to compile, after an update or on another kind of processor, begins anew in its own place.
+    So a process that had to compile, after an update or on another kind of processor, begins again in its own place.
     Once: where the cache keeps nothing it would compile again.
     """
     if compile_loop(build_rig(parameters, boot=1), rig_driver(parameters).plant) and AGAIN not in os.environ:

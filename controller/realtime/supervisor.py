@@ -126,7 +126,7 @@ class Supervisor:
         self._folder.cleanup()
 
     def _watch(self) -> None:
-        """Look after look, until `stop`. What makes one of them fail is said: nobody else would watch the rig."""
+        """Look after look, until `stop`. What makes one of them fail is said: no one else would watch the rig."""
         over = False
         while not over and not self._stopping.wait(POLL):
             self.worker.turn()
@@ -171,7 +171,7 @@ class Supervisor:
             self._child.kill()
 
     def _restart(self, code: int) -> bool:
-        """After an end that nobody wanted; True when there is to be no restart."""
+        """After an end that no one wanted; True when there is to be no restart."""
         if self._fall_back(code):
             return False
         if not self._ready.is_set():

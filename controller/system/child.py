@@ -44,7 +44,7 @@ class ChildProcess:
     def look(self) -> int | None:
         """Start it where that is due; the code that it ended with, once for each life.
 
-        What the system refuses (no process, no file) is logged, and tried again: nobody else would ever start it.
+        What the system refuses (no process, no file) is logged, and tried again: no one else would ever start it.
         """
         if self.alive or self._stopped:
             return None

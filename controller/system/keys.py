@@ -28,7 +28,7 @@ def state_folder() -> Path:
 
 
 def key_path(rig: str, folder: Path | None = None) -> Path:
-    """Where the key of `rig` lies unless somebody says otherwise; `folder` None: the user's state folder."""
+    """Where the key of `rig` lies unless someone says otherwise; `folder` None: the user's state folder."""
     return (folder or state_folder()) / f"{rig}.key"
 
 
@@ -46,7 +46,7 @@ def made_key(path: Path) -> bytes:
 
 def mended_key(path: Path) -> bytes:
     """As `made_key`, but a file that holds no key is put aside for a new one. For our own folder only: a file that
-    somebody named may be anything.
+    someone named may be anything.
     """
     try:
         return made_key(path)

@@ -62,7 +62,7 @@ LAST = 1.0
 
 
 class Background(logging.Handler):
-    """Passes records on to `handlers` from a thread: a pipe that nobody reads holds up nothing but the log itself."""
+    """Passes records on to `handlers` from a thread: a pipe that no one reads holds up nothing but the log itself."""
 
     def __init__(self, handlers: list[logging.Handler]) -> None:
         super().__init__()

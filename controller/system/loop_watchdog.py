@@ -1,11 +1,11 @@
 """The event loop under a watchdog: a thread that notes when the loop does not turn, says where it hangs, and ends it.
 
-While the loop hangs nobody is heard: no E-STOP passes through this server. Presence stops with it, so the rig holds
+While the loop hangs no one is heard: no E-STOP passes through this server. Presence stops with it, so the rig holds
 after 0.5 s. But the operator's thread goes on repeating the last command, so the rig would stay in HOLD under pressure
 for ever. So a loop that stands still for DEADLY_S ends the process: `tendril up` or systemd starts another one,
-which takes about as long again, and the rig, hearing nobody, rests after 30 s if that fails.
+which takes about as long again, and the rig, hearing no one, rests after 30 s if that fails.
 
-What a person did not say while nobody listened is no silence of theirs, so there is a clock of the time in which the
+What a person did not say while no one listened is no silence of theirs, so there is a clock of the time in which the
 loop turned: `listened`.
 """
 
@@ -86,7 +86,7 @@ class LoopWatchdog:
     def trouble(self) -> str:
         """What was wrong with the loop within the last minute, "" if nothing was."""
         if not self.alive:
-            return "nobody watches the event loop"
+            return "no one watches the event loop"
         if self._stood < SLOW_S and time.monotonic() - self._last > TROUBLE_S:
             return ""
         return f"the event loop stood still for {max(self._longest, self._stood):.1f} s"

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 
 NAME = "tendril-softrobotics"
-"""Of the distribution; "tendril" is somebody else's on the package index."""
+"""Of the distribution; "tendril" is someone else's on the package index."""
 ROOT = Path(__file__).parents[2]
 KEPT = "static/commit"
 """Where a wheel keeps the commit that it was built from, in the package `server`."""

@@ -13,7 +13,7 @@ ProgressCallback = Callable[[float], None]
 
 
 def no_progress(share: float) -> None:
-    """Nobody waits to be told."""
+    """No one waits to be told."""
 
 
 class Bar:

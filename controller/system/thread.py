@@ -88,7 +88,7 @@ class SupervisedThread:
         if self.stuck > self._hang_s:
             return f"the thread {self.name} hangs"
         if time.monotonic() - self._failed < FAILURE_KEPT_S:
-            return f"the thread {self.name} was ended by {self._why}, and began anew"
+            return f"the thread {self.name} was ended by {self._why}, and began again"
         return ""
 
     def _run(self) -> None:
@@ -107,7 +107,7 @@ class SupervisedThread:
         now = time.monotonic()
         self._failures = self._failures + 1 if now - self._failed < FAILURE_KEPT_S else 1
         self._failed, self._why = now, f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        log.error("thread %s ended, and begins anew", self.name, exc_info=error)
+        log.error("thread %s ended, and begins again", self.name, exc_info=error)
 
 
 def in_thread(name: str, work: Callable[[], T]) -> "Future[T]":

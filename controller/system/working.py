@@ -22,7 +22,7 @@ WORKERS = 4
 
 
 class Working:
-    """Answers on `pipe` until nobody is left who asks."""
+    """Answers on `pipe` until no one is left who asks."""
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
@@ -68,4 +68,4 @@ if __name__ == "__main__":
     few_arenas()
     os.nice(int(sys.argv[2]))
     Working(Connection(int(sys.argv[1]))).run()
-    os.killpg(0, signal.SIGKILL)  # us and what we run, whatever is still being worked at: nobody waits for it
+    os.killpg(0, signal.SIGKILL)  # us and what we run, whatever is still being worked at: no one waits for it

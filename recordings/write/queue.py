@@ -40,7 +40,7 @@ class PreTrigger:
         self._most, self._count = most, 0
 
     def add(self, rows: Rows) -> None:
-        """Keep `rows` (n,), n >= 1, which nobody changes any more; rows of an earlier boot are dropped."""
+        """Keep `rows` (n,), n >= 1, which no one changes any more; rows of an earlier boot are dropped."""
         if self._batches and rows["tick"][0] <= self._batches[-1]["tick"][-1]:
             self._batches.clear()
             self._count = 0
@@ -74,7 +74,7 @@ class RecorderQueue:
         """Held while rows go to memory and queue, and while a recording takes those in memory: none is lost between."""
 
     def rows(self, rows: Rows) -> None:
-        """Take rows (n,), n >= 1, which nobody changes any more."""
+        """Take rows (n,), n >= 1, which no one changes any more."""
         with self._hand_over:
             self._pre_trigger.add(rows)
             if not self.is_open:

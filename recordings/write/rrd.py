@@ -187,11 +187,11 @@ def write_whole(path: Path, about: About, rows: Rows) -> None:
 
 def warm_up() -> None:
     """Let rerun do its first call (145 ms of lazy imports) on a file that is thrown away."""
-    nobody = RigInfo(
+    no_rig = RigInfo(
         rig="", boot=0, version="", layout="", wall_offset_ns=0, policy="", twin=True, parameters=RigParameters()
     )
     with tempfile.TemporaryDirectory(prefix="tendril-warm-up-") as folder:
-        file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", nobody, Settings()))
+        file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", no_rig, Settings()))
         file.write(np.zeros(2, record_dtype(Telemetry)))
         file.close()
 

@@ -158,12 +158,12 @@ class Recorder:
         self._queue.later(self._close_given_up)
 
     def _close_unwanted(self) -> None:
-        """A recording began after all, when nobody waited for it any more."""
+        """A recording began after all, when no one waited for it any more."""
         if self._session:
             self._fail(RecordingError("the disk was too slow for it to begin"))
 
     def _stop_overdue(self, id: str) -> None:
-        """Nobody waited for the end of `id` any more: it comes now, unless it came after all, or was given up."""
+        """No one waited for the end of `id` any more: it comes now, unless it came after all, or was given up."""
         if self._session and self._session.id == id and not self._given_up:
             with contextlib.suppress(RecordingError):  # the state tells it
                 self._stop()

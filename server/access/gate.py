@@ -31,7 +31,7 @@ _LENGTH = re.compile(r"[0-9]{1,9}")
 _OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
 """What is served to anyone: the page shell (with its sign-in form) and its assets."""
 ONCE = (b"host", b"origin", b"cookie", b"authorization", b"content-length", b"transfer-encoding", b"content-type")
-"""Headers of which two would mean that somebody else judges by the other one."""
+"""Headers of which two would mean that someone else judges by the other one."""
 FIGURES, BEARER = "/metrics", "Bearer "
 
 

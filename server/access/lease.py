@@ -14,7 +14,7 @@ from server.http.given import given
 from server.http.who import Identity
 
 LAPSE_S = 5.0
-"""Seconds without a sign of the holder after which the lease is free again; where nobody listens none pass."""
+"""Seconds without a sign of the holder after which the lease is free again; where no one listens none pass."""
 ASKING_S = 60.0
 """Seconds for which a request for the lease stands."""
 ASKERS_MAX = 8
@@ -76,7 +76,7 @@ class OperatorLease:
         term = self.term_of(who)
         if term is None:
             holder = self.holder
-            by = f"{holder.name} operates now" if holder else "nobody operates now: take the lease first"
+            by = f"{holder.name} operates now" if holder else "no one operates now: take the lease first"
             raise NotAllowed(f"only the operator may do this; {by}")
         return term
 
@@ -104,9 +104,9 @@ class OperatorLease:
             return True
 
     def ask(self, who: Identity) -> None:
-        """Ask the holder for the lease; CommandRefused where there is nobody to ask, or too many do."""
+        """Ask the holder for the lease; CommandRefused where there is no one to ask, or too many do."""
         if self.holder is None or self.holds(who):
-            raise CommandRefused("you operate already" if self.holder else "nobody operates now, so nobody can answer")
+            raise CommandRefused("you operate already" if self.holder else "no one operates now, so no one can answer")
         waiting = len([other for other in self.asking if other.id != who.id])
         if waiting >= ASKERS_MAX:
             raise CommandRefused(f"{waiting} others have asked already, the most is {ASKERS_MAX}")

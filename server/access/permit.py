@@ -24,7 +24,7 @@ _MOVING = (Request.FOLLOW, Request.TRACK)
 
 @dataclass(frozen=True)
 class Permit:
-    """May `who` (None: this server itself) do it now? `objection` answers that anew each time, in any thread."""
+    """May `who` (None: this server itself) do it now? `objection` answers that again each time, in any thread."""
 
     who: Identity | None
     objection: Callable[[Request | None], str]

@@ -27,7 +27,7 @@ VIEWERS = frozenset(
         "preview",
         "preview_parts",
         "make_export",
-        # one's own, that nobody else sees
+        # one's own, that no one else sees
         "keep_layout",
         "delete_layout",
         "keep_alarms",

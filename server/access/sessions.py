@@ -41,13 +41,13 @@ class TooManyAttempts(TryLater):
 
 
 class Sessions:
-    """Opens sessions for the right token and reads them from cookies; keeps none, so a restart signs nobody out."""
+    """Opens sessions for the right token and reads them from cookies; keeps none, so a restart signs no one out."""
 
     def __init__(self, kept: Secrets, rig: str, now: Callable[[], float] = time.monotonic) -> None:
         self._failures: dict[str, list[float]] = defaultdict(list)
         self._now = now
         self.closed = False
-        """The access tokens may have been revoked, and nobody can say: no session operates, every one may look on."""
+        """The access tokens may have been revoked, and no one can say: no session operates, every one may look on."""
         self.cookie = COOKIE + rig
         self.use(kept)
 
@@ -93,7 +93,7 @@ class Sessions:
                 (found, name), signed = self._signers[role].loads(value, return_timestamp=True)
             except (BadSignature, ValueError):
                 continue
-            # Signed in the future: a clock that was set back must sign out nobody, who may have to press E-STOP.
+            # Signed in the future: a clock that was set back must sign out no one, who may have to press E-STOP.
             if abs(time.time() - signed.timestamp()) <= MAX_AGE:
                 shown: Role = "viewer" if self.closed else role
                 return Identity(found, name, shown, self._marks[shown])

@@ -2,7 +2,7 @@
 
 A file that was changed and cannot be read may have revoked a token, so it is read again every second, and after
 CLOSED_AFTER it counts as if it had: who operates does so no more, and everybody may look and press E-STOP until it can
-be read. A file that is gone, or whose disk is, revokes nothing: nobody can have written into it.
+be read. A file that is gone, or whose disk is, revokes nothing: no one can have written into it.
 """
 
 import time
@@ -65,7 +65,7 @@ class TokenWatch:
     def poll(self) -> None:
         """Read the file if it has changed since it was last read whole; it may take as long as the disk does."""
         stamp = self._file.stamp()
-        if stamp in (self._stamp, None):  # a disk that went away must sign out nobody, who may have to press E-STOP
+        if stamp in (self._stamp, None):  # a disk that went away must sign out no one, who may have to press E-STOP
             return
         try:
             found: Secrets | Exception = self._file.read()
@@ -81,12 +81,12 @@ class TokenWatch:
             self._use(read.found)
         elif read is not None and self._failing is None:
             self._failing = self._now()
-            until = f"nobody operates from {CLOSED_AFTER:g} s on, until they can be read"
+            until = f"no one operates from {CLOSED_AFTER:g} s on, until they can be read"
             self._events.add(f"the access tokens stay as they were: {read.found}; {until}", "warning")
         if self._failing is not None and not self._sessions.closed and self._now() - self._failing >= CLOSED_AFTER:
             self._sessions.closed = True
             self._events.add(
-                "the access tokens cannot be read: nobody operates, all may look and press E-STOP", "error"
+                "the access tokens cannot be read: no one operates, all may look and press E-STOP", "error"
             )
         holder = self._lease.holder
         if holder is not None and not self._sessions.stands(holder):

@@ -51,7 +51,7 @@ class TokenFile:
         self._given = {name: value.get_secret_value() for name, value in given.items() if value is not None}
 
     def made(self) -> Secrets:
-        """As `read`, for a start: a file that is missing or damaged stops none, it is made anew with other tokens.
+        """As `read`, for a start: a file that is missing or damaged stops none, it is made again with other tokens.
 
         Where it cannot be kept they hold for this process alone, and the log says so.
         """

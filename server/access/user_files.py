@@ -1,7 +1,7 @@
 """One small file per user, in a folder of the server's state.
 
 A user is a signed-in browser: its session's random id, kept in its cookie. There are no accounts, so two browsers of
-one person are two users, and one who signs in anew after the cookie's week starts with nothing kept.
+one person are two users, and one who signs in again after the cookie's week starts with nothing kept.
 """
 
 import hashlib

@@ -21,13 +21,13 @@ CHOICE, PLANT, RIG, OUTCOME = "actuator-choice.json", "plant.json", "rig.json", 
 
 
 def why_none(path: Path | None, option: str = "--actuator") -> str:
-    """Why nobody would carry an order out, "" where it would be; `option` of `tendril up` does the same by hand."""
+    """Why no one would carry an order out, "" where it would be; `option` of `tendril up` does the same by hand."""
     elsewhere = f"the rig was not started by this server's `tendril up`: start it again with {option} where it runs"
     return elsewhere if path is None else ""
 
 
 def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: Permit) -> None:
-    """Have the rig started with `actuator`, which `body` describes, if `permit` stands; CommandRefused where nobody
+    """Have the rig started with `actuator`, which `body` describes, if `permit` stands; CommandRefused where no one
     would do it.
     """
     choice = body.model_dump_json(exclude_none=True)
@@ -35,12 +35,12 @@ def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: Per
 
 
 def order_plant(path: Path | None, plant: PlantKind, permit: Permit) -> None:
-    """Have the rig started on `plant`, if `permit` stands; CommandRefused where nobody would do it."""
+    """Have the rig started on `plant`, if `permit` stands; CommandRefused where no one would do it."""
     _write(path, {PLANT: PlantBody(plant=plant).model_dump_json()}, "--plant", permit)
 
 
 def order_rig(path: Path | None, wanted: RigParameters, permit: Permit, option: str = "--rig FILE") -> None:
-    """Have the rig started with all of `wanted`, if `permit` stands; CommandRefused where nobody would do it."""
+    """Have the rig started with all of `wanted`, if `permit` stands; CommandRefused where no one would do it."""
     _write(path, {RIG: wanted.model_dump_json()}, option, permit)
 
 

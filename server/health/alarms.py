@@ -19,7 +19,7 @@ class Alarms:
         self._reading: Future[None] | None = None
 
     def known(self, who: Identity | None) -> AlarmLimits:
-        """The user's limits as they were read last, without a wait; they are read again meanwhile. Nobody has the
+        """The user's limits as they were read last, without a wait; they are read again meanwhile. No one has the
         defaults.
         """
         if who is None:

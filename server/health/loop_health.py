@@ -83,7 +83,7 @@ class LoopWatch:
         self._last: int | None = None
 
     def add(self, rows: Rows) -> None:
-        """Take telemetry rows, oldest first; a rig that restarted begins anew."""
+        """Take telemetry rows, oldest first; a rig that restarted begins again."""
         kept = np.empty(len(rows), _KEPT)
         for name in _KEPT.names or ():
             kept[name] = rows[name]

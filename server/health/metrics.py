@@ -81,7 +81,7 @@ class ServerCollector(Collector):
         pages, refused = self._of.pages, self._of.refused
         yield gauge("viewers", "Pages with a live socket.", len(pages.open))
         yield gauge("viewers_max", "As many as are allowed.", pages.seats)
-        yield gauge("operated", "Whether somebody holds the lease.", self._of.lease.holder is not None)
+        yield gauge("operated", "Whether someone holds the lease.", self._of.lease.holder is not None)
         requests = CounterMetricFamily("tendril_refused_requests", "Answers of 400 and above.", labels=["status"])
         for status, count in sorted(refused.requests.items()):
             requests.add_metric([str(status)], count)

@@ -65,7 +65,7 @@ class Viewer:
         return self._over
 
     def end_presence(self) -> None:
-        """Nobody gives signs for this page any more."""
+        """No one gives signs for this page any more."""
         self._over.set()
 
     def post(self, message: BaseModel) -> None:

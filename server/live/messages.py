@@ -73,7 +73,7 @@ class Status(Model):
     health: Health
     rig: RigInfo | None
     stopped_by: str
-    """Who pressed the E-STOP in which the rig is, "" where nobody did by this server."""
+    """Who pressed the E-STOP in which the rig is, "" where no one did by this server."""
     run: RunState | None
     """The run under way, or how the last one ended; null before this server's first."""
     result: RunResult | None

@@ -39,7 +39,7 @@ async def change_lease(body: LeaseBody, lease: GivenLease, events: GivenEvents, 
 
 @router.post("/api/lease/request")
 async def ask_for_lease(lease: GivenLease, people: GivenPeople, who: Me) -> Lease:
-    """Ask the operator for the lease; the request stands for a minute. 409 where nobody operates."""
+    """Ask the operator for the lease; the request stands for a minute. 409 where no one operates."""
     people.ask(who)
     return lease.view(who)
 
@@ -67,6 +67,6 @@ async def hand_over_lease(body: SessionTag, lease: GivenLease, people: GivenPeop
 
 @router.post("/api/lease/take-over")
 async def take_over_lease(body: SessionTag, lease: GivenLease, people: GivenPeople, who: Me) -> Lease:
-    """Take the lease from its holder (named, so that nobody else loses it); held first. 403 with a viewer's token."""
+    """Take the lease from its holder (named, so that no one else loses it); held first. 403 with a viewer's token."""
     await people.take_over(body.tag, who)
     return lease.view(who)

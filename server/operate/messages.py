@@ -27,13 +27,13 @@ class People(Model):
     """Who is here, and who wants to operate."""
 
     holder: str
-    """Tag of the operator, "" when nobody does."""
+    """Tag of the operator, "" when no one does."""
     asking: list[Person]
     """Who asked for control, the longest waiting first."""
     others: list[Person]
     """Whose pages are open, but mine."""
     waiting: bool
-    """I asked, and nobody has answered."""
+    """I asked, and no one has answered."""
 
 
 class SessionTag(Model):

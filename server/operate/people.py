@@ -90,7 +90,7 @@ class PeopleHere:
     def _require_here(self, tag: str) -> Identity:
         to = next((one for one in self._here() if one.tag == tag), None)
         if to is None:
-            raise CommandRefused("nobody of this name has the page open")
+            raise CommandRefused("no one of this name has the page open")
         return to
 
     def _here(self) -> list[Identity]:

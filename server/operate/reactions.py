@@ -59,7 +59,7 @@ class Reactions:
             self._operator.stopper.over()
 
     def _on_reseat(self, event: ObserverReseated) -> None:
-        self._events.add("the observer was wound: it begins anew from the pose that fits the markers", "warning")
+        self._events.add("the observer was wound: it begins again from the pose that fits the markers", "warning")
 
     def _why(self, mode: Mode, cause: Cause) -> str:
         """The cause in words; of an E-STOP that was pressed here, by whom."""

@@ -1,6 +1,6 @@
 """The E-STOP's lane to the rig: a thread of its own, which waits for no command, permit, lock or queue of others.
 
-An E-STOP that is not answered is sent again, with the same number, until the rig answers or starts anew; the rig acts
+An E-STOP that is not answered is sent again, with the same number, until the rig answers or starts again; the rig acts
 on it once. Who asks while one is on its way gets another one of its own: the first may have been cleared meanwhile.
 """
 
@@ -36,7 +36,7 @@ class Stopper:
         self._wake = threading.Condition()
         self._closed = False
         self.by = ""
-        """Who pressed first since the rig was last known to be in no E-STOP, "" for nobody here."""
+        """Who pressed first since the rig was last known to be in no E-STOP, "" for no one here."""
         self.worker = SupervisedThread("e-stop", self._run)
         self.worker.start()
 
@@ -99,7 +99,7 @@ class Stopper:
         if waiting is None:
             return _fail(answers, RigUnreachable("the rig does not answer: it was not heard yet"))
         number, boot = waiting
-        if self._boot() != boot:  # a rig that started anew is vented, and needs to be armed
+        if self._boot() != boot:  # a rig that started again is vented, and needs to be armed
             self._waiting = None
             return _fail(answers, RigUnreachable("the rig restarted since: it is vented"))
         try:

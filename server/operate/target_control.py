@@ -66,8 +66,8 @@ class TargetControl:
             tell("the plan moved under the drag: hold" if always else f"{self._grips} let go: hold")
 
     def leave(self, followed: bool) -> None:
-        """Its page is gone. Where another tab of the session is still present (`followed`), nobody there began this
-        motion: hold it. Where none is, nobody signs any more, and the rig holds by itself.
+        """Its page is gone. Where another tab of the session is still present (`followed`), no one there began this
+        motion: hold it. Where none is, no one signs any more, and the rig holds by itself.
         """
         if self._hands.last is not self:
             return

@@ -1,4 +1,4 @@
-"""Recordings that nobody presses a button for: of a run, of a fault, and what a killed process left unfinished."""
+"""Recordings that no one presses a button for: of a run, of a fault, and what a killed process left unfinished."""
 
 import asyncio
 import time
@@ -86,7 +86,7 @@ class Automatic:
                 self._scheduler.begin("the recording of a fault", self._record_fault(Cause(int(newest[0]["cause"]))))
 
     async def begin_run(self, name: str, operator: str) -> None:
-        """Record a run from now on, unless a recording of somebody goes on.
+        """Record a run from now on, unless a recording of someone goes on.
 
         A run that is over before its recording has begun cancels this, but not a recorder at work: see `end_run`.
         """
@@ -178,7 +178,7 @@ class Automatic:
             await self._end(id)
 
     async def _end(self, id: str) -> None:
-        """End the recording whose first part is `id`, unless somebody has ended it already; within `_ending`."""
+        """End the recording whose first part is `id`, unless someone has ended it already; within `_ending`."""
         self._lasting, self._stopped = "", id
         if self._recorder.first() != id:
             return

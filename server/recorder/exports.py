@@ -1,4 +1,4 @@
-"""Exports on the way to a browser: made in a folder of their own, which goes once they are sent, or nobody wants them.
+"""Exports on the way to a browser: made in a folder of their own, which goes once they are sent, or no one wants them.
 
 Either in the answer itself, or made first and then fetched by a key, so that a page can show that it waits.
 """
@@ -28,7 +28,7 @@ from server.recorder.folder import RecordingsFolder
 from server.recorder.scratch import Scratch, sweep
 
 KEPT = 600.0
-"""A file that nobody fetches is kept for so long [s]."""
+"""A file that no one fetches is kept for so long [s]."""
 WAITING_MAX = 32
 """Files that may wait to be fetched, of all sessions."""
 WAITING_BYTES = 10_000_000_000
@@ -36,9 +36,9 @@ WAITING_BYTES = 10_000_000_000
 LEFT_MIN, LEFT_SHARE = FREE_MIN, 0.1
 """Room [B] that an export leaves on the disk, or this share of a smaller disk: with less, deleted recordings go."""
 EXPORTS_S = 10.0
-"""Between two looks for those that nobody has fetched."""
+"""Between two looks for those that no one has fetched."""
 LOOK = 0.25
-"""Between two looks whether somebody still waits, and whether there is room [s]."""
+"""Between two looks whether someone still waits, and whether there is room [s]."""
 BINARY = "application/octet-stream"
 MEDIA = {"csv": "text/csv; charset=utf-8", "parquet": "application/vnd.apache.parquet"}
 

@@ -66,7 +66,7 @@ class RecordingsFolder:
             return await self._reader.do(work, *arguments, **named)
 
     def close(self) -> None:
-        """Wait for nobody any more."""
+        """Wait for no one any more."""
         self._lookers.shutdown(wait=False, cancel_futures=True)
         self._quick.shutdown(wait=False, cancel_futures=True)
 

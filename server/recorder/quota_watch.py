@@ -28,11 +28,11 @@ class QuotaWatch:
             self._scheduler.begin("the look at the recordings' size", self.keep())
 
     async def keep(self) -> None:
-        """Remove what is too much, and say once what cannot be removed, or that nobody can look."""
+        """Remove what is too much, and say once what cannot be removed, or that no one can look."""
         try:
             most = await asyncio.to_thread(self._most)
             if most is None:
-                await asyncio.to_thread(self._store.list)  # which notes why nobody can look
+                await asyncio.to_thread(self._store.list)  # which notes why no one can look
             else:
                 await self._enforce(most)
             problem = self._store.problem

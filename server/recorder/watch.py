@@ -1,4 +1,4 @@
-"""Says once in the log why a recording ended by itself: nobody may be looking at the recorder's state."""
+"""Says once in the log why a recording ended by itself: no one may be looking at the recorder's state."""
 
 from server.log.events import EventLog
 from server.recorder.client import RecorderClient

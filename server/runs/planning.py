@@ -65,7 +65,7 @@ def go_on_with_preview(key: str) -> PreviewPart | None:
 
 
 def drop_preview(key: str) -> None:
-    """Nobody wants more of it."""
+    """No one wants more of it."""
     _foresights.pop(key, None)
 
 

@@ -15,7 +15,7 @@ from server.runs import planning
 from server.runs.messages import Preview, PreviewBody, PreviewPart
 
 IDLE = 10.0
-"""Who has not asked for the next part for so long makes room for others, and then begins anew [s]."""
+"""Who has not asked for the next part for so long makes room for others, and then begins again [s]."""
 
 
 class Previews:

@@ -49,7 +49,7 @@ class Results:
         return list(self._kept)
 
     def add(self, result: RunResult) -> None:
-        """Keep one more: on the disk a moment later, as nobody here may wait for that.
+        """Keep one more: on the disk a moment later, as no one here may wait for that.
 
         Raises OSError where the one before, or this one, will not outlive this server.
         """

@@ -19,7 +19,7 @@ STARTS = re.compile(r"tendril (rig|serve|up|virtual-rig)\b")
 """What these start answers until it is stopped."""
 
 NOT_HERE = {
-    "make run": "sets everything up anew; test_up starts and stops what it runs",
+    "make run": "sets everything up again; test_up starts and stops what it runs",
     "make test": "this test is a part of it",
     "scp -p lab@RIG:.tendril/twin.key ~/.tendril/twin.key": "there is no second machine; here both ends share a home",
     "useradd --system tendril-rig; useradd --system tendril-server": "changes the machine's accounts",

@@ -1,4 +1,4 @@
-"""The published rows are what the code and the fit's file give: a stale table would promise what nobody gets."""
+"""The published rows are what the code and the fit's file give: a stale table would promise what no one gets."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""A certificate for the loopback that nobody has signed but itself."""
+"""A certificate for the loopback that no one has signed but itself."""
 
 import subprocess
 from pathlib import Path

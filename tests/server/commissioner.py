@@ -12,7 +12,7 @@ from server.hardware.commissioning.messages import CHAMBERS, Chamber
 from tests.server.virtual_stack import Stack
 
 READY, STEP = 60.0, 300.0
-"""Longest waits for a rig that starts anew, and for the end of a step [s]."""
+"""Longest waits for a rig that starts again, and for the end of a step [s]."""
 EMPTY = 2e3
 """A chamber below this is empty [Pa]."""
 TRIES, PAUSED = 5, "pressures lost"
@@ -102,7 +102,7 @@ class Commissioner:
             print(f"          {one['field']}: {one['before']} -> {one['after']}", flush=True)
 
     def back(self, step: str) -> None:
-        """As soon as the rig has begun anew, where the step before has made it do so."""
+        """As soon as the rig has begun again, where the step before has made it do so."""
         wait(lambda: self.post(step, "back").is_success, READY, f"the way back to {step}", 0.3)
 
     def drivers(self) -> None:

@@ -195,7 +195,7 @@ class World:
         self.late = [one for one in self.late if self.now - one.sent_ns < LATEST_MS * MS]
 
     def ask(self, server: Server, request: Request) -> None:
-        """Somebody at `server` asks; every target is another one, and says by its place when it was asked for."""
+        """Someone at `server` asks; every target is another one, and says by its place when it was asked for."""
         self.order += 1
         at = (0.2, self.order * 1e-5)
         if request == Request.NONE:
@@ -250,7 +250,7 @@ class World:
         whose = next((one for one in message.what if one.request == request), None)
         if whose is None:
             unsure = any(one.moves and one.answer.done() and not one.said for one in self.asked)
-            assert request == Request.HOLD and unsure, f"nobody asked for {request.name}"
+            assert request == Request.HOLD and unsure, f"no one asked for {request.name}"
             return
         whose.taken += 1
         assert whose.taken == 1, f"{whose} was acted on twice"
@@ -325,7 +325,7 @@ class World:
             assert max(self.stopped_since, default=0) >= pressed[-1].order, "the last E-STOP never came into force"
         mode = Mode(int(self.rig.telemetry["mode"][0]))
         if mode in MOVING:
-            assert self.by is not None and self.by.said, f"{self.by} moves the rig, and nobody was told"
+            assert self.by is not None and self.by.said, f"{self.by} moves the rig, and no one was told"
         if mode == Mode.FOLLOW:
             newest = next(one for one in self.asked if one.order == self.followed)
-            assert newest.said, f"{newest} is where the rig goes, and nobody was told"
+            assert newest.said, f"{newest} is where the rig goes, and no one was told"

@@ -37,7 +37,7 @@ LIMITS = SafetyLimits(operator_timeout=10.0, server_hold=10.0, server_rest=600.0
 
 @dataclass(eq=False)
 class Asked:
-    """One thing that somebody asked for."""
+    """One thing that someone asked for."""
 
     order: int
     request: Request
@@ -55,7 +55,7 @@ class Asked:
 
     @property
     def said(self) -> bool | None:
-        """Whether the asker was told that the rig took it; None: was told that nobody knows, or nothing yet."""
+        """Whether the asker was told that the rig took it; None: was told that no one knows, or nothing yet."""
         if not self.answer.done():
             return None
         error = self.answer.exception()

@@ -87,7 +87,7 @@ class Board {
     return true;
   }
 
-  // Whoever begins must vent first, also where another host drove until now.
+  // Who begins must vent first, also where another host drove until now.
   bool greet(const uint8_t* frame, uint32_t now) {
     sequence_ = u16_at(frame + 2);
     greeted_ = true;

@@ -123,7 +123,7 @@ export interface paths {
     put?: never;
     /**
      * Ask For Lease
-     * @description Ask the operator for the lease; the request stands for a minute. 409 where nobody operates.
+     * @description Ask the operator for the lease; the request stands for a minute. 409 where no one operates.
      */
     post: operations["ask_for_lease"];
     /**
@@ -187,7 +187,7 @@ export interface paths {
     put?: never;
     /**
      * Take Over Lease
-     * @description Take the lease from its holder (named, so that nobody else loses it); held first. 403 with a viewer's token.
+     * @description Take the lease from its holder (named, so that no one else loses it); held first. 403 with a viewer's token.
      */
     post: operations["take_over_lease"];
     delete?: never;
@@ -1522,7 +1522,7 @@ export interface paths {
     put?: never;
     /**
      * Accept Commissioning Step
-     * @description Write a step's result into the rig file; the rig starts anew where that changes it. 409 unless it is done.
+     * @description Write a step's result into the rig file; the rig starts again where that changes it. 409 unless it is done.
      */
     post: operations["accept_commissioning_step"];
     delete?: never;
@@ -1542,7 +1542,7 @@ export interface paths {
     put?: never;
     /**
      * Take Back Commissioning Step
-     * @description Forget a step's result and those that rest on it. Values in the rig file stay until they are measured anew.
+     * @description Forget a step's result and those that rest on it. Values in the rig file stay until they are measured again.
      */
     post: operations["take_back_commissioning_step"];
     delete?: never;
@@ -3877,7 +3877,7 @@ export interface components {
     People: {
       /**
        * Holder
-       * @description Tag of the operator, "" when nobody does.
+       * @description Tag of the operator, "" when no one does.
        */
       holder: string;
       /**
@@ -3892,7 +3892,7 @@ export interface components {
       others: components["schemas"]["Person"][];
       /**
        * Waiting
-       * @description I asked, and nobody has answered.
+       * @description I asked, and no one has answered.
        */
       waiting: boolean;
     };
@@ -5896,7 +5896,7 @@ export interface components {
       rig: components["schemas"]["RigInfo"] | null;
       /**
        * Stopped By
-       * @description Who pressed the E-STOP in which the rig is, "" where nobody did by this server.
+       * @description Who pressed the E-STOP in which the rig is, "" where no one did by this server.
        */
       stopped_by: string;
       /** @description The run under way, or how the last one ended; null before this server's first. */

@@ -44,7 +44,7 @@ async def identify(run: StepRun) -> Found:
     folder, name = run.parts.folder, f"{run.file.name}-identified.toml"
     poses, decays = folder / POSES, folder / DECAYS
     if missing := [path.name for path in (poses, decays) if not path.exists()]:
-        raise CommandRefused(f"{missing[0]} is missing: measure it anew")
+        raise CommandRefused(f"{missing[0]} is missing: measure it again")
     out, base = folder / name, folder / "base.toml"
     believed = await asyncio.to_thread(unbounded, run)
     await asyncio.to_thread(write_actuator, as_base(believed, run.file.motion_capture.rods), base)

@@ -50,7 +50,7 @@ async def stop_commissioning_step(
 async def accept_commissioning_step(
     step: StepName, commissioning: GivenCommissioning, permit: Permitted
 ) -> CommissioningState:
-    """Write a step's result into the rig file; the rig starts anew where that changes it. 409 unless it is done."""
+    """Write a step's result into the rig file; the rig starts again where that changes it. 409 unless it is done."""
     await commissioning.accept(step, permit)
     return await commissioning.state()
 
@@ -59,7 +59,7 @@ async def accept_commissioning_step(
 async def take_back_commissioning_step(
     step: StepName, commissioning: GivenCommissioning, permit: Permitted
 ) -> CommissioningState:
-    """Forget a step's result and those that rest on it. Values in the rig file stay until they are measured anew."""
+    """Forget a step's result and those that rest on it. Values in the rig file stay until they are measured again."""
     await commissioning.back(step, permit)
     return await commissioning.state()
 

@@ -1,6 +1,6 @@
 """The link of a real rig process: unsealed, recorded and malformed messages on an open session, and two servers.
 
-The `stranger` here got past the session, as nobody does (test_link_strangers.py): the seals must hold alone.
+The `stranger` here got past the session, as no one does (test_link_strangers.py): the seals must hold alone.
 """
 
 import shutil

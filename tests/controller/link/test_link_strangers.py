@@ -150,7 +150,7 @@ def test_a_stranger_opens_no_session_in_any_mode(mode: str, endpoint: str, rig: 
         while time.monotonic() < end:
             rig.publish(5, 10)
             assert server.client.command(Command(n=7)).n == 7
-        assert set(heard) <= {FORGED, b""} and not place.asked  # it hears itself, and nobody else
+        assert set(heard) <= {FORGED, b""} and not place.asked  # it hears itself, and no one else
         assert [*stranger.info.peers_zid(), *stranger.info.routers_zid()] == []
         stranger.close()
     wait_for(lambda: (rig.publish(5, 10), server.ticks[-1:] == [9])[1])

@@ -32,8 +32,8 @@ def test_a_failure_is_told_and_the_thread_begins_again(
     thread = SupervisedThread("w", work)
     thread.start()
     wait_for(lambda: len(begun) == 3)
-    assert thread.trouble == "the thread w was ended by RuntimeError: mistake 2, and began anew"
-    assert [record.getMessage() for record in caplog.records] == ["thread w ended, and begins anew"] * 2
+    assert thread.trouble == "the thread w was ended by RuntimeError: mistake 2, and began again"
+    assert [record.getMessage() for record in caplog.records] == ["thread w ended, and begins again"] * 2
     assert thread.stop(60.0) and len(begun) == 3
 
 

@@ -99,7 +99,7 @@ def make_odd(kind: str, path: Path, outside: Path) -> None:
 def test_only_a_regular_file_is_opened_and_nothing_waits_for_a_pipe(kind: str, tmp_path: Path) -> None:
     outside, path = tmp_path / "outside", tmp_path / "folder" / "file"
     path.parent.mkdir()
-    outside.write_text("of somebody else")
+    outside.write_text("of someone else")
     make_odd(kind, path, outside)
     for work in (open_regular, open_append, open_lock, read_whole):
         with pytest.raises(NotRegular, match="not a regular file"):
@@ -107,7 +107,7 @@ def test_only_a_regular_file_is_opened_and_nothing_waits_for_a_pipe(kind: str, t
     assert not is_regular(path)
     if kind != "folder":
         write_whole(path, "ours")
-        assert (path.read_text(), outside.read_text()) == ("ours", "of somebody else")
+        assert (path.read_text(), outside.read_text()) == ("ours", "of someone else")
     else:
         aside = set_aside(path)
         assert aside is not None and aside.is_dir() and not path.exists()

@@ -215,5 +215,5 @@ def test_it_is_as_nice_as_it_should_be(process: WorkProcess) -> None:
 
 
 def wait_until_gone(pid: int) -> None:
-    """Until no such process runs; one that has ended and that nobody has asked after may be left."""
+    """Until no such process runs; one that has ended and that no one has asked after may be left."""
     wait_for(lambda: not Path(f"/proc/{pid}").exists() or " Z " in Path(f"/proc/{pid}/stat").read_text())

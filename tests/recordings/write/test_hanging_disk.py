@@ -26,7 +26,7 @@ ROWS = telemetry_rows(1500)
 def hanging(method: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
     """`method` of the file does not come back before the end of this; the event says that it was called.
 
-    Meanwhile nobody waits for longer than 0.3 s.
+    Meanwhile no one waits for longer than 0.3 s.
     """
     over, reached, true = threading.Event(), threading.Event(), getattr(RrdFile, method)
 

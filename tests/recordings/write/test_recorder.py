@@ -249,7 +249,7 @@ def test_a_file_that_failed_and_never_closes_stops_no_other(
     recorder.start("with room again", rig_info(), Settings())
     recorder.rows(telemetry_rows(100))
     assert recorder.stop().complete
-    assert not closed.is_set(), "nobody waited for it"
+    assert not closed.is_set(), "no one waited for it"
     over.set()
 
 

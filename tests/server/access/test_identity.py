@@ -65,7 +65,7 @@ def test_guessing_is_stopped_and_forgiven_after_a_minute() -> None:
             ours.open("wrong", "guesser")
     with pytest.raises(TooManyAttempts):
         ours.open("right", "guesser")
-    assert ours.open("right", "somebody else")
+    assert ours.open("right", "someone else")
     clock.now = 61.0
     assert ours.open("right", "guesser")
 
@@ -107,7 +107,7 @@ def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -
     clock.now = 1.0
     watch.poll()
     watch.look()
-    assert [ours.read(cookie) for cookie in cookies] == [operator, viewer], "a folder that went away signs nobody out"
+    assert [ours.read(cookie) for cookie in cookies] == [operator, viewer], "a folder that went away signs no one out"
     away.rename(tmp_path / "secrets.json")
     token = file.renew("viewer")
     clock.now = 2.0

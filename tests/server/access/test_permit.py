@@ -104,7 +104,7 @@ def test_a_lapsed_lease_and_an_ended_session_are_noticed_there_too(desk: Desk) -
     waiting = desk.operator.request(Request.ARM, permit)
     desk.clock.now = lease.LAPSE_S + 0.1
     desk.gate.set()
-    assert "nobody operates" in refused(waiting)
+    assert "no one operates" in refused(waiting)
     desk.lease.acquire(ANN)
     desk.permits._sessions.stands = lambda who: False  # type: ignore[method-assign]
     assert "session has ended" in refused(desk.operator.request(Request.ARM, desk.permits.operator(ANN)))

@@ -1,4 +1,4 @@
-"""`tendril up`: a second one is refused in one sentence, a key that is damaged is made anew."""
+"""`tendril up`: a second one is refused in one sentence, a key that is damaged is made again."""
 
 import os
 import signal
@@ -57,7 +57,7 @@ def environment(folder: Path) -> dict[str, str]:
 
 
 def started_with(mark: dict[str, str]) -> list[psutil.Process]:
-    """Processes with `mark` in their environment: orphans too, who are nobody's children here."""
+    """Processes with `mark` in their environment: orphans too, who are no one's children here."""
 
     def is_marked(process: psutil.Process) -> bool:
         try:

@@ -97,7 +97,7 @@ def test_a_thread_that_ends_is_said_and_begins_anew(monkeypatch: pytest.MonkeyPa
     monitor.check()
     monitor.check()
     assert [event.text for event in events.recent] == [
-        "the thread w was ended by RuntimeError: by a mistake, and began anew"
+        "the thread w was ended by RuntimeError: by a mistake, and began again"
     ]
     over.set()
     assert worker.stop(60.0)
@@ -245,7 +245,7 @@ def test_a_server_that_stood_still_does_not_take_that_for_a_disk_that_hangs(
     monkeypatch.setattr(Session, "write", lambda session, batch: hung.wait())
     recorder.rows(rows(0))
     recorder.look()
-    time.sleep(1.5)  # as when the process is stopped: nobody looks
+    time.sleep(1.5)  # as when the process is stopped: no one looks
     recorder.look()
     assert recorder.state().recording
     for _ in range(50):

@@ -232,7 +232,7 @@ def test_an_e_stop_without_an_answer_is_sent_until_there_is_one_and_nothing_else
 def test_motion_that_was_not_answered_is_followed_by_a_hold_and_no_older_target(
     begun: Request, loop: Loop, operator: Operator
 ) -> None:
-    """It may have been taken: then the rig moves, and nobody was told."""
+    """It may have been taken: then the rig moves, and no one was told."""
     operator.request(Request.FOLLOW, ANYTHING, (0.1, 0.05)).result(20)
     loop.row["mode"], loop.answers = Mode.FOLLOW, False
     asked = operator.request(begun, ANYTHING, (0.1, -0.05)) if begun else operator.move((0.1, -0.05), ANYTHING)

@@ -1,4 +1,4 @@
-"""Recordings that nobody pressed a button for, on a real rig."""
+"""Recordings that no one pressed a button for, on a real rig."""
 
 import os
 import shutil

@@ -179,7 +179,7 @@ def test_only_so_many_wait_to_be_fetched(
 
 
 def left_by_a_killed_server(room: Path, name: str = "killed") -> Path:
-    """As its kernel leaves it: nobody holds the lock any more."""
+    """As its kernel leaves it: no one holds the lock any more."""
     folder = room / f"{scratch_module.PREFIX}{name}"
     folder.mkdir()
     for file in (scratch_module.LOCK, "run.csv"):

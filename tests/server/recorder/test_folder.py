@@ -1,4 +1,4 @@
-"""Who waits for the folder of recordings: one look for all who ask the same, and nobody behind long ones."""
+"""Who waits for the folder of recordings: one look for all who ask the same, and no one behind long ones."""
 
 import asyncio
 import threading

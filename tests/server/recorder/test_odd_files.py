@@ -27,7 +27,7 @@ from tests.server.live_server import Page, RigProcess, TestServer, free_environm
 
 pytestmark = pytest.mark.process
 
-SECRET = b"of somebody else, far outside"
+SECRET = b"of someone else, far outside"
 ID = "20260101-000000"
 STATE = (
     "secrets.json",
@@ -178,7 +178,7 @@ def test_a_link_to_a_recording_outside_is_neither_served_nor_exported_nor_delete
 
 
 def replaced(folder: Path) -> None:
-    """Put a file in the place of `folder`, into which a server may be writing: it may be made anew meanwhile."""
+    """Put a file in the place of `folder`, into which a server may be writing: it may be made again meanwhile."""
     while not folder.is_file():
         shutil.rmtree(folder, ignore_errors=True)
         with suppress(IsADirectoryError):
@@ -263,7 +263,7 @@ def test_a_start_does_not_wait_for_a_folder_that_does_not_answer(
     try:
         with served(shared_rig, tmp_path) as server:
             page = server.operator()
-            assert waiting.wait(60.0), "somebody looks into it by now"
+            assert waiting.wait(60.0), "someone looks into it by now"
             askers = [threading.Thread(target=page.get, args=("/api/recordings",)) for _ in range(20)]
             for asker in askers:
                 asker.start()

@@ -80,7 +80,7 @@ def followed(leg: Leg, laps: int) -> tuple[Array, Array]:
 
 
 def beyond(p: Array, u: Array, rig: RigParameters, bounds: Settings = LIVE) -> list[str]:
-    """What of these rows is beyond the limits, from rest to rest: written anew, not the product's own function."""
+    """What of these rows is beyond the limits, from rest to rest: written again, not the product's own function."""
     still = np.ones((T, 1))
     p, u = (np.concatenate([still * rows[:1], rows, still * rows[-1:]]) for rows in (p, u))
     speed = np.sqrt(((p[1:] - p[:-1]) ** 2).sum(axis=1)).max() / DT

@@ -97,7 +97,7 @@ def test_a_chamber_fills_only_while_its_button_is_held_and_what_filled_becomes_t
         at = shown[np.abs(shown).max(axis=1).argmax()]
         assert at[1 - number // 2] == 0.0 and at[number // 2] * (1 - 2 * (number % 2)) > 0.0
         assert np.abs(shown).max() * 4.0216e6 <= 0.45 * 30e3 + 1.0
-        wait_for(lambda: not bench.live.frames[-1]["u"].any(), "zero by itself")  # nobody renewed it
+        wait_for(lambda: not bench.live.frames[-1]["u"].any(), "zero by itself")  # no one renewed it
         confirmed = {"commanded": chamber, "filled": swapped.get(chamber, chamber)}
         taken(bench.page.put("/api/commissioning/jog/confirm", json=confirmed))
     found = bench.ended("jog")
