@@ -64,6 +64,8 @@ class ServerSettings(BaseSettings):
     """Of what this process writes to its standard error."""
     rate_factor: Annotated[float, Bounds(gt=0.0, allow_inf_nan=False)] = 1.0
     """Multiplies how often one client may ask (`server/http/rates.py`); more where many people share one address."""
+    frame_rate: Annotated[float, Bounds(ge=1.0, le=60.0)] = 60.0
+    """Telemetry records a second that a page is sent at most; less over a slow line, or where software draws."""
     light_scene: bool = False
     """Leave out what software rendering is slow at (ground grid): for browser tests."""
 

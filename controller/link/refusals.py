@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 log = logging.getLogger(__name__)
 
-PAUSE = 60.0
+QUIET_S = 60.0
 """Between two lines of the log [s]: a flood of refusals must not become a flood of lines."""
 
 
@@ -27,7 +27,7 @@ class Refusals:
             self.count += 1
             if self._now() < self._due:
                 return False
-            self._due = self._now() + PAUSE
+            self._due = self._now() + QUIET_S
             fields = {"rig": self._rig, "expression": key, "refused": self.count}
             text = "rig %s, %s on %s: %s (%d refused since the start)"
             log.warning(text, self._rig, self._what, key, error, self.count, extra=fields)

@@ -27,7 +27,7 @@ POLL = 0.02
 RETRY = 0.5
 """Wait after a look that failed [s]."""
 STOP_TIMEOUT = 5.0
-LONGEST = 15.0
+WATCH_MAX_S = 15.0
 """Longest time between two looks at the rig [s]: it is ended in order, for STOP_TIMEOUT at most, and killed."""
 PROVEN = 200
 """Ticks after which parameters are those that a rig can run with."""
@@ -74,7 +74,7 @@ class Supervisor:
         self._ready = threading.Event()
         self._failed_first = False
         self._first_code: int | None = None
-        self.worker = SupervisedThread("rig-supervisor", self._watch, LONGEST)
+        self.worker = SupervisedThread("rig-supervisor", self._watch, WATCH_MAX_S)
 
     @property
     def endpoint(self) -> str:

@@ -6,19 +6,19 @@ from recordings.format import frames, sidecar, tool
 from recordings.format.messages import Recording
 from recordings.read.reader import read_about, read_bookmarks, read_times
 
-TIMEOUT = 1800.0
+MEND_MAX_S = 1800.0
 """For one run of a tool [s]."""
 
 
 def mend(path: Path, draft: Path) -> None:
     """A copy of the whole frames with a footer: rerun's migration streams, so it needs little memory for any size."""
     frames.copy_whole(path, draft, frames.intact_length(path))
-    tool.run("rrd", "migrate", str(draft), timeout=TIMEOUT)
+    tool.run("rrd", "migrate", str(draft), timeout=MEND_MAX_S)
 
 
 def compact(path: Path, draft: Path) -> None:
     """A copy in few large chunks."""
-    tool.run("rrd", "optimize", str(path), "-o", str(draft), timeout=TIMEOUT)
+    tool.run("rrd", "optimize", str(path), "-o", str(draft), timeout=MEND_MAX_S)
 
 
 def count(path: Path) -> dict[str, float]:

@@ -152,7 +152,7 @@ class Store:
         """
         with self._held(id):
             try:
-                tool.run("rrd", "verify", str(self.path(id)), timeout=mending.TIMEOUT)
+                tool.run("rrd", "verify", str(self.path(id)), timeout=mending.MEND_MAX_S)
             except RecordingError as error:
                 return sidecar.update(self._folder, id, problem=str(error))
             return sidecar.update(self._folder, id, problem="")
@@ -228,7 +228,7 @@ class Store:
         path = self.path(recording.id)
         with self._draft(recording.id) as draft:
             make(path, draft)
-            tool.run("rrd", "verify", str(draft), timeout=mending.TIMEOUT)
+            tool.run("rrd", "verify", str(draft), timeout=mending.MEND_MAX_S)
             counted = mending.count(draft) | {"bytes": draft.stat().st_size}
             sync_file(draft)
             draft.replace(path)

@@ -13,7 +13,7 @@ from controller.system.whole_file import open_regular
 from recordings.format import sidecar
 from recordings.format.messages import Recording
 
-PERIOD = 0.5
+SYNC_S = 0.5
 """Between two times that the data go to the disk [s]; with the batch that is not yet written, a loss below 1 s."""
 LAST_TIMEOUT = 30.0
 """Longest wait for the last time [s]: a disk that takes longer is taken for dead."""
@@ -72,7 +72,7 @@ class Syncer:
             raise RecordingError(f"the recording cannot be put on the disk: {self._problem}")
 
     def _run(self) -> None:
-        while not self._thread.wait(PERIOD) and not self._problem:
+        while not self._thread.wait(SYNC_S) and not self._problem:
             self._sync()
         self._sync()
 

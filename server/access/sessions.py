@@ -18,8 +18,8 @@ from server.http.given import given
 from server.http.who import ROLES, Identity, Role
 
 FAILURES = 5
-"""Wrong tokens that one address may send within `PERIOD`."""
-PERIOD = 60.0
+"""Wrong tokens that one address may send within `FAILURES_WINDOW_S`."""
+FAILURES_WINDOW_S = 60.0
 COOKIE = "tendril_"
 """The rig's name follows: servers of several rigs on one host keep their sessions apart."""
 MAX_AGE = 7 * 24 * 3600
@@ -37,7 +37,7 @@ class WrongToken(ServerError):
 class TooManyAttempts(TryLater):
     """One address sent too many wrong tokens."""
 
-    wait = PERIOD
+    wait = FAILURES_WINDOW_S
 
 
 class Sessions:
@@ -70,10 +70,10 @@ class Sessions:
 
         Raises `WrongToken`, or `TooManyAttempts` after `FAILURES` wrong ones from `address` in a minute.
         """
-        recent = [t for t in self._failures[address] if t > self._now() - PERIOD]
+        recent = [t for t in self._failures[address] if t > self._now() - FAILURES_WINDOW_S]
         self._failures[address] = recent
         if len(recent) >= FAILURES:
-            raise TooManyAttempts(f"{FAILURES} wrong tokens from {address}: wait {PERIOD:.0f} s")
+            raise TooManyAttempts(f"{FAILURES} wrong tokens from {address}: wait {FAILURES_WINDOW_S:.0f} s")
         role = self._role(token.encode())
         if role is None:
             recent.append(self._now())

@@ -36,7 +36,7 @@ from server.live.hub import FRAME_APART_S, FRAME_S, NEWS_S, Hub, Viewer
 from server.live.status import StatusView
 from server.log.audit import LARGEST, Audit, AuditEntry
 from server.log.event_file import EventFile
-from server.log.events import Event, EventLog, to_log
+from server.log.events import EventLog, LogEntry, to_log
 from server.log.line_writer import FILE_NEWS_S
 from server.operate.detector import ChangeDetector
 from server.operate.events import BootChanged, LeaseChanged, SettingsChanged, TroubleChanged
@@ -123,7 +123,7 @@ class Services:
         self.secrets = file.made()
         self.sessions = Sessions(self.secrets, self.settings.rig)
         self.lease = OperatorLease(self.scheduler.watchdog.listened)
-        self.events = EventLog(EventFile(self._state("events", "jsonl"), Event))
+        self.events = EventLog(EventFile(self._state("events", "jsonl"), LogEntry))
         if self.settings.log_format == "json":
             self.events.listen(to_log)
         self.scheduler.tell = lambda text: self.events.add(text, "error")
@@ -158,7 +158,7 @@ class Services:
         stopper = Stopper(rig.stop, lambda: rig.met)
         self.operator = Operator(rig.send, rig.boot, lambda: history.newest, self.kept.read(), stopper)
         history.listen(lambda rows: self.operator.acknowledgements.look())
-        self.hands = TargetContext(lease, self.permits, self.operator, history, events)
+        self.control = TargetContext(lease, self.permits, self.operator, history, events)
         self.pages: Pages[Viewer] = Pages(lease, self.settings.viewers_max)
         events.listen(self.pages.tell)
         self.people = PeopleHere(self.pages.present, lease, self.operator, self.permits, events)
@@ -221,7 +221,7 @@ class Services:
         self.monitor = HealthMonitor([self.recorder, *threads], self.scheduler, events)
         doing = (self.recorder, self.runs, self.macros, self.outcomes, self.first_mode)
         self.view = StatusView(rig, self.lease, self.people, self.pages, operator, *doing, lambda: self.monitor.trouble)
-        self.hub = Hub(self.history, self.pages, self.lease, self.view, self.scheduler.guard)
+        self.hub = Hub(self.history, self.pages, self.lease, self.view, self.scheduler.guard, self.settings.frame_rate)
 
     def _begin(self) -> None:
         """What is called again and again, and what is heard."""

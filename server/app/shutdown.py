@@ -21,7 +21,7 @@ from server.app.services import Services
 
 log = logging.getLogger(__name__)
 
-PATIENCE = 8.0
+VENT_MAX_S = 8.0
 """Longest wait until the rig is vented [s]; it goes on to rest without this server too."""
 POLL = 0.02
 LAST_LOOK = 0.2
@@ -59,7 +59,7 @@ class Server(uvicorn.Server):
 
 
 async def come_to_rest(services: Services) -> None:
-    """Tell operators, take no more motion, and let the rig rest; done when it is vented, or after `PATIENCE`."""
+    """Tell operators, take no more motion, and let the rig rest; done when it is vented, or after `VENT_MAX_S`."""
     operator, rig = services.operator, services.rig
     if rig.boot() is None or rig.trouble or (mode := _mode(services)) in _DEPRESSURED:
         return services.events.add("the server shuts down", "warning")
@@ -71,7 +71,7 @@ async def come_to_rest(services: Services) -> None:
         return log.warning("the rig was not asked to rest: %s", error)
     if not reply.accepted:
         return log.warning("the rig does not rest from %s: %s", mode.name, reply.detail)
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + VENT_MAX_S
     while _mode(services) not in _DEPRESSURED and rig.boot() is not None and time.monotonic() < end:
         await asyncio.sleep(POLL)
     await asyncio.sleep(LAST_LOOK)

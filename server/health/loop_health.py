@@ -21,7 +21,7 @@ SAMPLE = 5e-3
 """Time from one sample of the lag fit to the next, as far as whole ticks allow [s]."""
 WINDOW = 4
 """Samples over which the fit averages: 20 ms."""
-LONGEST = 20
+DELAY_MAX_SAMPLES = 20
 """Longest dead time that is tried [samples]: 100 ms."""
 QUIET = 5e3
 """A pressure that changes less than this tells nothing about its lag (RMS) [Pa/s]."""
@@ -143,14 +143,14 @@ def fitted_lag(command: Array, measured: Array, h: float) -> Lag | None:
     `command` and `measured` (n, chambers) [Pa] are samples every `h` [s]. A valve fills and exhausts at its own rates,
     so each sign of the error has a tau of its own; d is the one that leaves least unexplained.
     """
-    if len(measured) < 2 * LONGEST:
+    if len(measured) < 2 * DELAY_MAX_SAMPLES:
         return None
-    rate = (measured[WINDOW:] - measured[:-WINDOW])[LONGEST:] / (WINDOW * h)
+    rate = (measured[WINDOW:] - measured[:-WINDOW])[DELAY_MAX_SAMPLES:] / (WINDOW * h)
     motion = float(np.sum(rate * rate))
     if not motion > rate.size * QUIET**2:
         return None
-    wanted, here = _means(command), _means(measured)[LONGEST:]
-    fits = [_slopes(wanted[LONGEST - d : len(wanted) - d] - here, rate) for d in range(LONGEST + 1)]
+    wanted, here = _means(command), _means(measured)[DELAY_MAX_SAMPLES:]
+    fits = [_slopes(wanted[DELAY_MAX_SAMPLES - d : len(wanted) - d] - here, rate) for d in range(DELAY_MAX_SAMPLES + 1)]
     best = int(np.argmin([rest for _, _, rest in fits]))
     filling, exhausting, rest = fits[best]
     explained = 1.0 - rest / motion

@@ -12,12 +12,12 @@ from server.health.messages import Notice
 
 QUEUED = 50
 """Notices that wait at most; what comes beyond them is left out."""
-TIMEOUT = 5.0
+TIMEOUT_S = 5.0
 """For each step of one attempt [s]."""
 ATTEMPTS = 6
 """For one notice, with pauses of FIRST_PAUSE, twice as long, ... between them: about half a minute."""
 FIRST_PAUSE = 1.0
-MOST = 120.0
+RETRY_MAX_S = 120.0
 """For one attempt and the pause before it [s]: what takes longer hangs."""
 JSON = {"content-type": "application/json"}
 
@@ -32,8 +32,8 @@ class Webhook:
         self._queue: queue.SimpleQueue[Notice | None] = queue.SimpleQueue()
         self._failing, self._news = False, queue.SimpleQueue[str]()
         self._closing = threading.Event()
-        self._client = httpx.Client(timeout=TIMEOUT, trust_env=False, headers={"user-agent": "tendril"})
-        self.worker = SupervisedThread("webhook", self._run, MOST)
+        self._client = httpx.Client(timeout=TIMEOUT_S, trust_env=False, headers={"user-agent": "tendril"})
+        self.worker = SupervisedThread("webhook", self._run, RETRY_MAX_S)
         self.worker.start()
 
     def post(self, notice: Notice) -> None:
@@ -54,7 +54,7 @@ class Webhook:
         """Send nothing more; what is under way may take as long as one attempt."""
         self._closing.set()
         self._queue.put(None)
-        self.worker.stop(TIMEOUT)
+        self.worker.stop(TIMEOUT_S)
 
     def _run(self) -> None:
         while True:

@@ -78,9 +78,18 @@ class Hub:
     """Sends to all viewers. What is the same for several of them is made once."""
 
     def __init__(
-        self, history: History, pages: Pages[Viewer], lease: OperatorLease, view: StatusView, guard: ErrorGuard
+        self,
+        history: History,
+        pages: Pages[Viewer],
+        lease: OperatorLease,
+        view: StatusView,
+        guard: ErrorGuard,
+        frame_rate: float = 60.0,
     ) -> None:
+        """`frame_rate` as in the settings [Hz]; the rig's own is 60."""
         self._history, self._pages, self._lease, self._view, self._guard = history, pages, lease, view, guard
+        self._frame_s = 1.0 / frame_rate - FRAME_APART_S
+        self._frame_at = 0.0
         self._frames = self._come = 0
         self._statuses: dict[str, str] = {}
         """Status as JSON since the last frame, by what its viewer sees of the people."""
@@ -104,6 +113,10 @@ class Hub:
 
     def frame(self) -> None:
         """A job: what is new is made ready, and whose turn it is woken."""
+        now = time.monotonic()
+        if now < self._frame_at:
+            return
+        self._frame_at = now + self._frame_s
         self._frames += 1
         self._statuses.clear()
         if self._pages.open:

@@ -19,7 +19,7 @@ from controller.schema.parameters import Settings
 from recordings.format.messages import RecordingState
 from server.access.messages import Lease, Session
 from server.hardware.first_mode.messages import FirstModeState
-from server.log.events import Event
+from server.log.events import LogEntry
 from server.operate.messages import EStop, People, Presence, Release, Target
 from server.plots.messages import PlotChoice
 from server.rig.messages import PlotChannel
@@ -56,7 +56,7 @@ class Hello(Model):
     page: str
     """Names this live socket; the page's worker gives its signs of presence for it."""
     rig: RigInfo | None
-    log: list[Event]
+    log: list[LogEntry]
     """What happened so far, oldest first."""
 
 
@@ -128,5 +128,5 @@ class Ping(Model):
     """What the last ping and its answer took [s]; null before the first."""
 
 
-FromServer = Annotated[Hello | Status | Reply | Refused | Pong | Event, Bounds(discriminator="type")]
+FromServer = Annotated[Hello | Status | Reply | Refused | Pong | LogEntry, Bounds(discriminator="type")]
 FromBrowser = Annotated[Target | Release | EStop | Presence | Ping | PlotChoice, Bounds(discriminator="type")]

@@ -26,7 +26,7 @@ from server.operate.messages import Presence
 
 router = APIRouter()
 
-LONGEST = 64
+MESSAGE_MAX_CHARS = 64
 """Longest message of a worker [characters]."""
 
 
@@ -34,17 +34,17 @@ LONGEST = 64
 async def presence(
     socket: WebSocket,
     page: str,
-    hearing: Annotated[SocketContext, given(SocketContext)],
+    context: Annotated[SocketContext, given(SocketContext)],
     sessions: GivenSessions,
     who: Me,
 ) -> None:
     """Signs of the page that `Hello` named so, until its live socket or session ends, or its worker opens another."""
-    viewer = hearing.pages.named(page, who)
+    viewer = context.pages.named(page, who)
     if viewer is None:
         return await socket.send_denial_response(refusal(404, "no page of this session has a live socket of this name"))
     over = viewer.another_worker()
     await socket.accept()
-    await until_one_ends(_listen(socket, viewer, hearing), _until(over), sessions.ended(who))
+    await until_one_ends(_listen(socket, viewer, context), _until(over), sessions.ended(who))
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
         await socket.close(POLICY)
 
@@ -53,30 +53,30 @@ async def _until(over: asyncio.Event) -> None:
     await over.wait()
 
 
-async def _listen(socket: WebSocket, viewer: Viewer, hearing: SocketContext) -> None:
+async def _listen(socket: WebSocket, viewer: Viewer, context: SocketContext) -> None:
     while (message := await socket.receive())["type"] != "websocket.disconnect":
-        verdict = hearing.rates.message(viewer.who.id)
+        verdict = context.rates.message(viewer.who.id)
         if verdict == Verdict.FLOOD:
             return
         if verdict != Verdict.HEARD:
-            hearing.refused.messages += 1
+            context.refused.messages += 1
             await asyncio.sleep(0)  # what is dropped must not hold up what is not
-        elif (n := _number(message.get("text"), viewer, hearing)) is None:
+        elif (n := _number(message.get("text"), viewer, context)) is None:
             return
         else:
-            hearing.presence(viewer, n)
+            context.presence(viewer, n)
             await socket.send_text(Heard(n=n).model_dump_json())
 
 
-def _number(text: str | None, viewer: Viewer, hearing: SocketContext) -> int | None:
+def _number(text: str | None, viewer: Viewer, context: SocketContext) -> int | None:
     """The number of a sign; None for anything else, which is told in the log and ends the socket."""
-    if text is not None and len(text) <= LONGEST:
+    if text is not None and len(text) <= MESSAGE_MAX_CHARS:
         try:
             return Presence.model_validate_json(text).n
         except ValidationError as error:
             why = sentence(error)
     else:
-        why = f"a sign is text of at most {LONGEST} characters"
-    hearing.refused.messages += 1
-    hearing.hands.events.refused(viewer.who.name, "presence", why)
+        why = f"a sign is text of at most {MESSAGE_MAX_CHARS} characters"
+    context.refused.messages += 1
+    context.control.events.refused(viewer.who.name, "presence", why)
     return None

@@ -51,29 +51,29 @@ class Live:
     plots: Plots
     sessions: Sessions
     rig: Rig
-    hearing: SocketContext
+    context: SocketContext
     settings: ServerSettings
 
     async def serve(self, viewer: Viewer) -> None:
         """Talk with the page of `viewer` until either side closes, or its session ends."""
         await viewer.socket.accept()
         await viewer.socket.send_text(self._hello(viewer).model_dump_json())
-        conversation = SocketHandler(viewer, self.hearing)
-        viewer.socket.scope["state"][URGENT] = conversation.urgent
+        handler = SocketHandler(viewer, self.context)
+        viewer.socket.scope["state"][URGENT] = handler.urgent
         ended = self.sessions.ended(viewer.who)
-        await until_one_ends(self.hub.serve(viewer), conversation.listen(), ended)
-        conversation.leave()
+        await until_one_ends(self.hub.serve(viewer), handler.listen(), ended)
+        handler.leave()
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await viewer.socket.close(POLICY)
 
     def _hello(self, viewer: Viewer) -> Hello:
         return Hello(
-            session=self.hearing.hands.lease.session(viewer.who, self.settings.unprotected),
+            session=self.context.control.lease.session(viewer.who, self.settings.unprotected),
             layout=fields(Telemetry),
             channels=CHANNELS,
             page=viewer.name,
             rig=self.rig.info,
-            log=list(self.hearing.hands.events.recent),
+            log=list(self.context.control.events.recent),
         )
 
 

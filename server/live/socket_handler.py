@@ -32,7 +32,7 @@ _MESSAGE: TypeAdapter[FromBrowser] = TypeAdapter(FromBrowser)
 class SocketContext:
     """What is needed to act on what pages say."""
 
-    hands: TargetContext
+    control: TargetContext
     pages: Pages[Viewer]
     rates: Rates
     refused: RefusedCounts
@@ -40,31 +40,31 @@ class SocketContext:
     def presence(self, viewer: Viewer, n: int) -> None:
         """Only a number that rises, from a page of the lease's holder, is presence."""
         risen, viewer.presence = n > viewer.presence, max(n, viewer.presence)
-        self.hands.lease.touch(viewer.who)
-        if risen and self.hands.lease.holds(viewer.who):
-            TargetControl(viewer.who, self.hands).sign()
+        self.control.lease.touch(viewer.who)
+        if risen and self.control.lease.holds(viewer.who):
+            TargetControl(viewer.who, self.control).sign()
 
 
 class SocketHandler:
     """What one page says, answered through its viewer's outbox."""
 
-    def __init__(self, viewer: Viewer, hearing: SocketContext) -> None:
-        self._viewer, self._hearing = viewer, hearing
-        self._events, self._hand = hearing.hands.events, TargetControl(viewer.who, hearing.hands)
+    def __init__(self, viewer: Viewer, context: SocketContext) -> None:
+        self._viewer, self._context = viewer, context
+        self._events, self._target = context.control.events, TargetControl(viewer.who, context.control)
         self._written = ""
-        self._context = contextvars.copy_context()
-        self._in_turn = partial(asyncio.get_running_loop().call_soon_threadsafe, context=self._context)
+        self._variables = contextvars.copy_context()
+        self._in_turn = partial(asyncio.get_running_loop().call_soon_threadsafe, context=self._variables)
         """Calls in the event loop, from any thread, as part of this socket for the audit."""
 
     async def listen(self) -> None:
         """Hear the page until it is gone, or closed because it floods."""
-        socket, rates = self._viewer.socket, self._hearing.rates
+        socket, rates = self._viewer.socket, self._context.rates
         while (message := await socket.receive())["type"] != "websocket.disconnect":
             match rates.message(self._viewer.who.id):
                 case Verdict.HEARD:  # an E-STOP was, as it came in
                     self.hear(message.get("text"))
                 case Verdict.DROPPED:
-                    self._hearing.refused.messages += 1
+                    self._context.refused.messages += 1
                 case Verdict.REFUSED:
                     self._refuse(0, "messages", rates.too_many)
                 case Verdict.FLOOD:
@@ -74,7 +74,7 @@ class SocketHandler:
 
     def hear(self, text: str | None) -> None:
         """Act on one message; never raises."""
-        self._hearing.hands.lease.touch(self._viewer.who)
+        self._context.control.lease.touch(self._viewer.who)
         if text is None or len(text) > MESSAGE_MAX_CHARS:
             return self._refuse(0, "message", f"a message is text of at most {MESSAGE_MAX_CHARS} characters")
         try:
@@ -85,11 +85,11 @@ class SocketHandler:
             case Ping():
                 self._pong(message)
             case Presence():
-                self._hearing.presence(self._viewer, message.n)
+                self._context.presence(self._viewer, message.n)
             case Target():
                 self._aim(message)
             case Release():
-                self._hand.release(message.hold)
+                self._target.release(message.hold)
             case EStop():
                 self._stop(message)
             case PlotChoice():
@@ -99,17 +99,17 @@ class SocketHandler:
         """Act on an E-STOP as it comes in, before the messages that wait and whatever their rate; False: it is none."""
         message = stop_in(data)
         if message is not None:
-            self._context.run(self._stop, message)
+            self._variables.run(self._stop, message)
         return message is not None
 
     def leave(self) -> None:
         """The page is gone."""
-        self._hand.leave(followed=self._viewer.who.id in {who.id for who in self._hearing.pages.present()})
+        self._target.leave(followed=self._viewer.who.id in {who.id for who in self._context.pages.present()})
 
     def _pong(self, message: Ping) -> None:
         self._viewer.post(Pong(t=message.t))
         if message.round_trip is not None:
-            self._hearing.pages.hear_round_trip(self._viewer.who, message.round_trip)
+            self._context.pages.hear_round_trip(self._viewer.who, message.round_trip)
 
     def _plot(self, message: PlotChoice) -> None:
         try:
@@ -123,13 +123,13 @@ class SocketHandler:
         if message.start:
             self._written = ""
         try:
-            asked = self._hand.press(at) if message.start else self._hand.move(at)
+            asked = self._target.press(at) if message.start else self._target.move(at)
         except TendrilError as error:
             return self._refuse(message.id, "target", str(error))
         asked.add_done_callback(partial(self._in_turn, self._answer, message))
 
     def _stop(self, message: EStop) -> None:
-        asked = self._hearing.hands.operator.stop(self._viewer.who.described)
+        asked = self._context.control.operator.stop(self._viewer.who.described)
         asked.add_done_callback(partial(self._in_turn, self._stopped, message.n))
 
     def _stopped(self, n: int, done: "Future[CommandReply]") -> None:
@@ -152,7 +152,7 @@ class SocketHandler:
         self._viewer.post(Reply(id=message.id, reply=reply))
 
     def _refuse(self, number: int, what: str, detail: str) -> None:
-        self._hearing.refused.messages += 1
+        self._context.refused.messages += 1
         self._write(what, detail)
         self._viewer.post(Refused(id=number, detail=detail))
 

@@ -24,7 +24,7 @@ MUTED = Rate("notes of lines left out", 1, 1 / 60)
 log = logging.getLogger(__name__)
 
 
-class Event(Model):
+class LogEntry(Model):
     """One line of the log: who did what, and what was refused."""
 
     type: Literal["event"] = "event"
@@ -37,7 +37,7 @@ class Event(Model):
     """How many times in a row it was said; from 2 on this line takes the place of the one before it."""
 
 
-def to_log(event: Event) -> None:
+def to_log(event: LogEntry) -> None:
     """A listener: the process's own log gets every line too."""
     log.log(logging.getLevelNamesMapping()[event.level.upper()], "%s", event.text)
 
@@ -48,13 +48,13 @@ class EventLog:
     With a file the lines outlive the server.
     """
 
-    def __init__(self, file: EventFile[Event] | None = None, kept: int = 500) -> None:
-        self.recent: deque[Event] = deque(_counted_up(file.last() if file else []), maxlen=kept)
-        self._listeners: list[Callable[[Event], None]] = []
+    def __init__(self, file: EventFile[LogEntry] | None = None, kept: int = 500) -> None:
+        self.recent: deque[LogEntry] = deque(_counted_up(file.last() if file else []), maxlen=kept)
+        self._listeners: list[Callable[[LogEntry], None]] = []
         self.writer = LineWriter(file, "event log", "the log will not outlive this server") if file else None
         self._lines, self._muted = Bucket(LINE), Bucket(MUTED)
 
-    def listen(self, listener: Callable[[Event], None]) -> None:
+    def listen(self, listener: Callable[[LogEntry], None]) -> None:
         """Give every line from now on to `listener` too."""
         self._listeners.append(listener)
 
@@ -62,7 +62,7 @@ class EventLog:
         """Write a line and tell the listeners, and the audit of what it is part of; of a `subject` they are counted."""
         plain = text.encode(errors="backslashreplace").decode()  # it may quote bytes that are not Unicode
         now = datetime.now(UTC)
-        event = Event(time=now, level=level, text=plain, subject=subject, count=self._count(subject, now))
+        event = LogEntry(time=now, level=level, text=plain, subject=subject, count=self._count(subject, now))
         _take_place(self.recent, event)
         for listener in self._listeners:
             try:
@@ -104,12 +104,12 @@ class EventLog:
             self.add(f"{who}: more is {kind} than is written here", "warning")
 
 
-def _about(lines: Iterable[Event], subject: str) -> Event | None:
+def _about(lines: Iterable[LogEntry], subject: str) -> LogEntry | None:
     """The last of them about `subject`."""
     return next((line for line in reversed([*lines]) if subject and line.subject == subject), None)
 
 
-def _take_place(lines: deque[Event], event: Event) -> None:
+def _take_place(lines: deque[LogEntry], event: LogEntry) -> None:
     """Append, in the place of the line that it counts on."""
     before = _about(lines, event.subject)
     if before is not None and event.count == before.count + 1:
@@ -117,8 +117,8 @@ def _take_place(lines: deque[Event], event: Event) -> None:
     lines.append(event)
 
 
-def _counted_up(lines: Iterable[Event]) -> deque[Event]:
-    found: deque[Event] = deque()
+def _counted_up(lines: Iterable[LogEntry]) -> deque[LogEntry]:
+    found: deque[LogEntry] = deque()
     for line in lines:
         _take_place(found, line)
     return found

@@ -25,19 +25,19 @@ router = APIRouter(tags=["rig"])
 
 @router.post("/api/command", responses=REFUSED, response_model=CommandReply)
 async def command(
-    body: CommandBody, connection: HTTPConnection, hands: GivenTargetContext, who: Me
+    body: CommandBody, connection: HTTPConnection, context: GivenTargetContext, who: Me
 ) -> CommandReply | JSONResponse:
     """Ask the rig for another mode; 409 with its reply when it refuses. Anyone may E-STOP, the rest needs the lease."""
     if body.request != "e_stop":
         _in_turn(connection)
-        hands.lease.require(who)
+        context.lease.require(who)
     if body.request == "follow" and body.target is None:
         raise missing("body", "target")
-    hands.lease.touch(who)
+    context.lease.touch(who)
     # The answer to an E-STOP that was acted on as it came in:
     pressed: Future[CommandReply] | None = connection.scope["state"].get(PRESSED)
-    reply = await asyncio.wrap_future(pressed or _asked(body, hands, who))
-    hands.events.answered(who.described, body.request.replace("_", "-"), reply)
+    reply = await asyncio.wrap_future(pressed or _asked(body, context, who))
+    context.events.answered(who.described, body.request.replace("_", "-"), reply)
     return reply if reply.accepted else JSONResponse(reply.model_dump(), 409)
 
 
@@ -48,10 +48,10 @@ def _in_turn(connection: HTTPConnection) -> None:
         raise late
 
 
-def _asked(body: CommandBody, hands: TargetContext, who: Identity) -> "Future[CommandReply]":
+def _asked(body: CommandBody, context: TargetContext, who: Identity) -> "Future[CommandReply]":
     if body.request == "e_stop":
-        return hands.operator.stop(who.described)
-    hand = TargetControl(who, hands)
+        return context.operator.stop(who.described)
+    target = TargetControl(who, context)
     if body.target is not None and body.request == "follow":
-        return hand.press(body.target)
-    return hand.ask(Request[body.request.upper()])
+        return target.press(body.target)
+    return target.ask(Request[body.request.upper()])

@@ -11,7 +11,7 @@ from controller.system.state_file import StateFile
 from server.http.errors import NotFound
 from server.operate.messages import GainPreset, SettingsBody
 
-MOST = 100
+PRESETS_MAX = 100
 """Presets that are kept; a new one beyond is refused."""
 REPEATING = GainPreset(name="Paths that repeat", settings=Settings(K_FF=(GAINS["K_FF"], GAINS["K_FF"])), built_in=True)
 """The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
@@ -36,8 +36,8 @@ class GainPresets:
     def save(self, name: str, settings: Settings) -> list[GainPreset]:
         """Keep `settings` under `name`, in place of what was there; returns all."""
         others = self._others(name)
-        if len(others) >= MOST:
-            raise CommandRefused(f"there are {MOST} presets already: delete one first")
+        if len(others) >= PRESETS_MAX:
+            raise CommandRefused(f"there are {PRESETS_MAX} presets already: delete one first")
         return self._write([*others, GainPreset(name=name, settings=settings)])
 
     def changes(self, name: str) -> SettingsBody:

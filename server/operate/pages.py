@@ -12,7 +12,7 @@ from server.access.lease import OperatorLease
 from server.http.errors import TryLater
 from server.http.given import given
 from server.http.who import Identity
-from server.log.events import Event
+from server.log.events import LogEntry
 
 HEARD = 5.0
 """Seconds for which a page's round trip is news."""
@@ -55,7 +55,7 @@ class Pages(Generic[P]):
         """The open page of `who`'s session that `Hello` gave this name, None without one."""
         return next((page for page in self.open if page.name == name and page.who.id == who.id), None)
 
-    def tell(self, event: Event) -> None:
+    def tell(self, event: LogEntry) -> None:
         """Show a line of the log to every page."""
         for page in self.open:
             page.post(event)

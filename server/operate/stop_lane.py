@@ -14,7 +14,7 @@ from server.operate.messages import CommandBody
 
 PRESSED = "pressed"
 """In the state of a request that was an E-STOP: the future of its answer."""
-LONGEST = 256
+BODY_MAX_BYTES = 256
 """Bytes of an E-STOP's body."""
 
 
@@ -36,7 +36,7 @@ class StopLane:
 
 def _is_stop(scope: Scope, body: bytes) -> bool:
     kind = Headers(scope=scope).get("content-type", "").partition(";")[0].strip().lower()
-    if len(body) > LONGEST or b"e_stop" not in body or kind != "application/json":
+    if len(body) > BODY_MAX_BYTES or b"e_stop" not in body or kind != "application/json":
         return False
     try:
         return CommandBody.model_validate_json(body).request == "e_stop"

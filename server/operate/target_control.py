@@ -41,27 +41,27 @@ GivenTargetContext = Annotated[TargetContext, given(TargetContext)]
 class TargetControl:
     """One page's, on the `target` of the plan or on the `gizmo` of the 3D view."""
 
-    def __init__(self, who: Identity, hands: TargetContext, grips: Literal["target", "gizmo"] = "target") -> None:
-        self._who, self._hands, self._grips = who, hands, grips
+    def __init__(self, who: Identity, context: TargetContext, grips: Literal["target", "gizmo"] = "target") -> None:
+        self._who, self._context, self._grips = who, context, grips
 
     def press(self, at: Target) -> "Future[CommandReply]":
         """A fresh press at a point [m], the only thing that may leave HOLD; NotAllowed unless `who` operates."""
-        permit = self._hands.permits.signed(self._who)
-        self._hands.last = self
+        permit = self._context.permits.signed(self._who)
+        self._context.last = self
         tell(f"follow, {self._grips} at ({at[0]:.4f}, {at[1]:.4f}) m")
-        return self._hands.operator.request(Request.FOLLOW, permit, at)
+        return self._context.operator.request(Request.FOLLOW, permit, at)
 
     def move(self, at: Target) -> "Future[CommandReply]":
         """The target is at another point [m]; NotAllowed unless `who` operates."""
-        return self._hands.operator.request(Request.NONE, self._hands.permits.signed(self._who), at)
+        return self._context.operator.request(Request.NONE, self._context.permits.signed(self._who), at)
 
     def ask(self, request: Request) -> "Future[CommandReply]":
         """Ask for another mode; NotAllowed unless `who` operates."""
-        return self._hands.operator.request(request, self._hands.permits.signed(self._who))
+        return self._context.operator.request(request, self._context.permits.signed(self._who))
 
     def release(self, always: bool = False) -> None:
         """The hand let go: with the held clutch, or `always`, the rig holds, if it is the operator's."""
-        if (always or self._hands.lease.clutch) and self._hands.lease.holds(self._who):
+        if (always or self._context.lease.clutch) and self._context.lease.holds(self._who):
             self._hold()
             tell("the plan moved under the drag: hold" if always else f"{self._grips} let go: hold")
 
@@ -69,16 +69,16 @@ class TargetControl:
         """Its page is gone. Where another tab of the session is still present (`followed`), no one there began this
         motion: hold it. Where none is, no one signs any more, and the rig holds by itself.
         """
-        if self._hands.last is not self:
+        if self._context.last is not self:
             return
-        self._hands.last = None
-        if followed and self._hands.moved and self._hands.lease.holds(self._who):
+        self._context.last = None
+        if followed and self._context.moved and self._context.lease.holds(self._who):
             self._hold()
-            self._hands.events.add(f"{self._who.name}: the tab that moved the {self._grips} was closed: hold")
+            self._context.events.add(f"{self._who.name}: the tab that moved the {self._grips} was closed: hold")
 
     def sign(self) -> None:
         """A sign of the operator at this page; NotAllowed unless `who` operates."""
-        self._hands.operator.present(self._hands.permits.signed(self._who))
+        self._context.operator.present(self._context.permits.signed(self._who))
 
     def _hold(self) -> None:
-        self._hands.operator.request(Request.HOLD, self._hands.permits.operator(self._who))
+        self._context.operator.request(Request.HOLD, self._context.permits.operator(self._who))

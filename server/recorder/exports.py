@@ -37,7 +37,7 @@ LEFT_MIN, LEFT_SHARE = FREE_MIN, 0.1
 """Room [B] that an export leaves on the disk, or this share of a smaller disk: with less, deleted recordings go."""
 EXPORTS_S = 10.0
 """Between two looks for those that no one has fetched."""
-LOOK = 0.25
+CHECK_S = 0.25
 """Between two looks whether someone still waits, and whether there is room [s]."""
 BINARY = "application/octet-stream"
 MEDIA = {"csv": "text/csv; charset=utf-8", "parquet": "application/vnd.apache.parquet"}
@@ -131,7 +131,7 @@ class Exports:
         file = self.new(name)
         work = asyncio.ensure_future(write(file.path))
         try:
-            while not (await asyncio.wait([work], timeout=LOOK))[0]:
+            while not (await asyncio.wait([work], timeout=CHECK_S))[0]:
                 if await request.is_disconnected():
                     raise CommandRefused("the export was cancelled")
                 require_room()

@@ -18,7 +18,7 @@ from server.recorder.folder import Reader
 
 log = logging.getLogger(__name__)
 
-LONGEST = 600.0
+RECORDING_MAX_S = 600.0
 """For one recording [s]: mending, compacting and measuring 1 GB takes a minute or two."""
 
 MEND, FINISH, DEPICT = range(3)
@@ -35,7 +35,7 @@ class Review:
         self._interrupted: Recording | None = None
         self.viewer: Path | None = None
         self.problem = ""
-        self.worker = SupervisedThread("review", self._run, LONGEST)
+        self.worker = SupervisedThread("review", self._run, RECORDING_MAX_S)
         self.worker.start()
 
     def take_interrupted(self) -> Recording | None:

@@ -9,13 +9,13 @@ from server.runs.lap import Lap, Leg, Place
 from server.runs.messages import Preview, PreviewBody, PreviewPart, RunBody
 
 if TYPE_CHECKING:
-    from server.runs.preview import Foresight
+    from server.runs.preview import PreviewInParts
 
 FIRST, MORE = 0.1, 0.3
 """Times for which a run is foreseen before its first part is told, and each further one [s]."""
 KEPT = 6
 """Runs that are being foreseen; who began another one and went away is forgotten."""
-_foresights: "OrderedDict[str, Foresight]" = OrderedDict()
+_previews: "OrderedDict[str, PreviewInParts]" = OrderedDict()
 
 
 def lap(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
@@ -51,26 +51,26 @@ def preview(body: PreviewBody, rig: RigParameters, settings: Settings, u: Array)
 
 def begin_preview(key: str, body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> PreviewPart:
     """Begin what `preview` does in one go; the first part of it. `key` names it from now on."""
-    from server.runs.preview import Foresight
+    from server.runs.preview import PreviewInParts
 
-    _foresights[key] = Foresight(body, rig, settings, u)
-    while len(_foresights) > KEPT:
-        _foresights.popitem(last=False)
+    _previews[key] = PreviewInParts(body, rig, settings, u)
+    while len(_previews) > KEPT:
+        _previews.popitem(last=False)
     return _more(key, FIRST)
 
 
 def go_on_with_preview(key: str) -> PreviewPart | None:
     """The next part of it; None where it is not known any more."""
-    return _more(key, MORE) if key in _foresights else None
+    return _more(key, MORE) if key in _previews else None
 
 
 def drop_preview(key: str) -> None:
     """No one wants more of it."""
-    _foresights.pop(key, None)
+    _previews.pop(key, None)
 
 
 def _more(key: str, seconds: float) -> PreviewPart:
-    foresight = _foresights[key]
-    _foresights.move_to_end(key)
-    foresight.go_on(seconds)
-    return foresight.part()
+    found = _previews[key]
+    _previews.move_to_end(key)
+    found.go_on(seconds)
+    return found.part()

@@ -45,12 +45,12 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Arra
 
     Raises ParameterError and UnknownReference for what cannot be run at all.
     """
-    foresight = Foresight(body, rig, settings, u)
-    foresight.go_on()
-    return foresight.result()
+    preview = PreviewInParts(body, rig, settings, u)
+    preview.go_on()
+    return preview.result()
 
 
-class Foresight:
+class PreviewInParts:
     """A run on the twin as far as it has been foreseen; arguments and errors as `predicted`."""
 
     def __init__(self, body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> None:

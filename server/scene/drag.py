@@ -31,12 +31,12 @@ class Drag:
     def __init__(
         self,
         who: Identity,
-        hands: TargetContext,
+        context: TargetContext,
         scene: Scene,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._who, self._scene, self._events, self._now = who, scene, hands.events, now
-        self._hand = TargetControl(who, hands, "gizmo")
+        self._who, self._scene, self._events, self._now = who, scene, context.events, now
+        self._target = TargetControl(who, context, "gizmo")
         self._dragging = False
         self._refused_at = -math.inf
 
@@ -65,7 +65,7 @@ class Drag:
     def leave(self) -> None:
         """Its page is gone, or this view of it alone."""
         if self._dragging:
-            self._hand.leave(followed=True)
+            self._target.leave(followed=True)
         self.end()
 
     def _refuse(self, reason: str) -> None:
@@ -80,21 +80,21 @@ class Drag:
         """Whether the message is passed on; NotAllowed unless `who` operates."""
         at = _position(message) if kind == UPDATE else None
         if at is not None and self._dragging:
-            self._hand.move(at)
+            self._target.move(at)
             return True
-        self._hand.sign()
+        self._target.sign()
         if kind == START:
             self._start()
         elif kind == END:
             self.end()
-            self._hand.release()
+            self._target.release()
         return kind != UPDATE or at is not None
 
     def _start(self) -> None:
         if (at := self._scene.gizmo()) is not None:
             self._dragging = True
             self._scene.hold_gizmo(True)
-            self._hand.press(at)
+            self._target.press(at)
 
 
 def _decode(raw: bytes | str | None) -> dict[str, Any] | None:

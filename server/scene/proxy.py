@@ -42,13 +42,13 @@ class Way:
     """From a browser's socket to viser's, and back."""
 
     scene: Scene
-    hands: TargetContext
+    context: TargetContext
     rates: Rates
     sessions: Sessions
 
     async def connect(self, browser: WebSocket, who: Identity, session: ViewSession | None) -> None:
         """Pass messages on: downward as they are, upward only what `Drag` lets through."""
-        drag = Drag(who, self.hands, self.scene)
+        drag = Drag(who, self.context, self.scene)
         verdict = partial(self.rates.message, f"viser {who.id}")
         protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
         url = f"ws://127.0.0.1:{self.scene.port}/"

@@ -1,5 +1,6 @@
 """Fixtures of the browser tests: a running product and a page on it."""
 
+import os
 from collections.abc import Iterator
 
 import pytest
@@ -16,7 +17,11 @@ expect.set_options(timeout=30_000)
 
 @pytest.fixture(scope="session")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Product, Caretaker]]:
-    """One running product for all tests: to start it takes longer than most of them."""
+    """One running product for all tests: to start it takes longer than most of them.
+
+    Its pages get 15 records a second, which is enough to see by; the programs that measure run it as it is.
+    """
+    os.environ["TENDRIL_FRAME_RATE"] = "15"
     with Product(tmp_path_factory.mktemp("product")) as product:
         caretaker = Caretaker(product)
         yield product, caretaker

@@ -33,7 +33,7 @@ from server.recorder.client import launch
 from server.recorder.folder import Reader
 from server.rig.planner import Planner
 from server.settings import ServerSettings
-from tests.waiting import PATIENCE, wait_for
+from tests.waiting import WAIT_MAX_S, wait_for
 
 TOKEN = "correct horse"
 VIEWER_TOKEN = "battery staple"
@@ -174,7 +174,7 @@ class Page(httpx.Client):
     """One browser: its own cookies."""
 
     def __init__(self, url: str) -> None:
-        super().__init__(base_url=url, trust_env=False, timeout=PATIENCE)
+        super().__init__(base_url=url, trust_env=False, timeout=WAIT_MAX_S)
 
     def sign_in(self, token: str = TOKEN) -> "Page":
         assert self.post("/api/session", json={"token": token}).status_code == 200

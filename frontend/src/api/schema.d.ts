@@ -2909,41 +2909,6 @@ export interface components {
       starred?: boolean | null;
     };
     /**
-     * Event
-     * @description One line of the log: who did what, and what was refused.
-     */
-    Event: {
-      /**
-       * @description discriminator enum property added by openapi-typescript
-       * @enum {string}
-       */
-      type: "event";
-      /**
-       * Time
-       * Format: date-time
-       */
-      time: string;
-      /**
-       * Level
-       * @enum {string}
-       */
-      level: "info" | "warning" | "error";
-      /** Text */
-      text: string;
-      /**
-       * Subject
-       * @description What may be said again and again, an alarm for instance; "" for anything else.
-       * @default
-       */
-      subject: string;
-      /**
-       * Count
-       * @description How many times in a row it was said; from 2 on this line takes the place of the one before it.
-       * @default 1
-       */
-      count: number;
-    };
-    /**
      * ExportBody
      * @description Body of POST /api/recordings/{id}/exports: `signals` by name (none: all), `start` to `stop` [s].
      */
@@ -3266,7 +3231,7 @@ export interface components {
        * Log
        * @description What happened so far, oldest first.
        */
-      log: components["schemas"]["Event"][];
+      log: components["schemas"]["LogEntry"][];
     };
     /**
      * HoldStep
@@ -3509,6 +3474,41 @@ export interface components {
     LeaseBody: {
       /** Clutch */
       clutch: boolean;
+    };
+    /**
+     * LogEntry
+     * @description One line of the log: who did what, and what was refused.
+     */
+    LogEntry: {
+      /**
+       * @description discriminator enum property added by openapi-typescript
+       * @enum {string}
+       */
+      type: "event";
+      /**
+       * Time
+       * Format: date-time
+       */
+      time: string;
+      /**
+       * Level
+       * @enum {string}
+       */
+      level: "info" | "warning" | "error";
+      /** Text */
+      text: string;
+      /**
+       * Subject
+       * @description What may be said again and again, an alarm for instance; "" for anything else.
+       * @default
+       */
+      subject: string;
+      /**
+       * Count
+       * @description How many times in a row it was said; from 2 on this line takes the place of the one before it.
+       * @default 1
+       */
+      count: number;
     };
     /**
      * Login
@@ -10653,7 +10653,7 @@ export interface operations {
             | components["schemas"]["Reply"]
             | components["schemas"]["Refused"]
             | components["schemas"]["Pong"]
-            | components["schemas"]["Event"];
+            | components["schemas"]["LogEntry"];
         };
       };
       /** @description Validation Error */

@@ -36,7 +36,7 @@ export type Plot = PlotLayout["plots"][number];
 export type Health = Schemas["Health"];
 export type LoopHealth = Schemas["LoopHealth"];
 export type AlarmLimits = Schemas["AlarmLimits-Output"];
-export type Event = Schemas["Event"];
+export type LogEntry = Schemas["LogEntry"];
 
 export type DrawingBody = Schemas["DrawingBody"];
 export type DrawingInfo = Schemas["DrawingInfo"];
@@ -65,7 +65,7 @@ export type FromServer =
   | Schemas["Reply"]
   | Schemas["Refused"]
   | Schemas["Pong"]
-  | Schemas["Event"];
+  | Schemas["LogEntry"];
 
 export type FromBrowser =
   | Schemas["Target"]

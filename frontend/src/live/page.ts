@@ -2,7 +2,7 @@ import type {
   AlarmLimits,
   Bookmark,
   Cause,
-  Event,
+  LogEntry,
   FirstModeState,
   Health,
   Lease,
@@ -34,7 +34,7 @@ export interface Marked extends Bookmark {
   readonly recording: string;
 }
 
-export interface LogLine extends Event {
+export interface LogLine extends LogEntry {
   readonly key: number;
 }
 
@@ -162,7 +162,7 @@ const LOG_KEPT = 1000;
 let lines = 0;
 
 /** The log with these lines too, newest first. A server that tells its log again adds only what was missed. */
-export function withLines(log: readonly LogLine[], events: readonly Event[]): readonly LogLine[] {
+export function withLines(log: readonly LogLine[], events: readonly LogEntry[]): readonly LogLine[] {
   const known = new Set(log.map(identity));
   const fresh = events.filter((event) => !known.has(identity(event)));
   if (fresh.length === 0) return log;
@@ -184,12 +184,12 @@ function countedUp(log: readonly LogLine[]): readonly LogLine[] {
   });
 }
 
-function inOrder(events: readonly Event[]): boolean {
+function inOrder(events: readonly LogEntry[]): boolean {
   const times = events.map(({ time }) => Date.parse(time));
   return times.every((time, i) => i === 0 || time >= (times[i - 1] ?? time));
 }
 
-function identity({ time, text }: Event): string {
+function identity({ time, text }: LogEntry): string {
   return `${time} ${text}`;
 }
 

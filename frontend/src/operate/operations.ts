@@ -1,11 +1,11 @@
 import { api, Refusal, dataOf } from "../api/rest";
-import type { CommandBody, Event, Lease, Settings } from "../api/types";
+import type { CommandBody, LogEntry, Lease, Settings } from "../api/types";
 import { keep, withLines, type Page } from "../live/page";
 import { textOf } from "../ui/format";
 import type { Store } from "../ui/store";
 import { situation, whyNot, type Control } from "./permission";
 
-export type Notify = (level: Event["level"], title: string, text: string) => void;
+export type Notify = (level: LogEntry["level"], title: string, text: string) => void;
 
 /** One part of what is in force when it is sent: an earlier change of the same pair is not taken back. */
 export type SettingsChange = (now: Settings) => Partial<Settings>;
@@ -131,9 +131,9 @@ export class Operations {
     this.write("error", `${title}: ${textOf(error)}`);
   }
 
-  private write(level: Event["level"], text: string): void {
+  private write(level: LogEntry["level"], text: string): void {
     const time = new Date().toISOString();
-    const line: Event = { type: "event", time, level, text, subject: "", count: 1 };
+    const line: LogEntry = { type: "event", time, level, text, subject: "", count: 1 };
     this.page.patch({ log: withLines(this.page.get().log, [line]) });
   }
 }

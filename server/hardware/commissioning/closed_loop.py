@@ -21,8 +21,8 @@ SPEED_MAX, ACCELERATION_MAX = 0.05, 0.2
 """Limits of the reference while it lasts [m/s, m/s^2]."""
 SPEED = 0.02
 """Along the circle [m/s]."""
-ARRIVED, SETTLES, PATIENCE = 2e-3, 2.0, 30.0
-"""The reference is in the middle within ARRIVED [m], the tip gets SETTLES, and all that PATIENCE at most [s]."""
+ARRIVED_M, SETTLE_S, APPROACH_MAX_S = 2e-3, 2.0, 30.0
+"""The reference is in the middle within ARRIVED_M [m], the tip gets SETTLE_S, all of it APPROACH_MAX_S at most [s]."""
 RMSE_MAX = 10e-3
 """Of the tip about the reference [m]."""
 SATURATED_MAX = 0.05
@@ -58,13 +58,13 @@ async def do(run: StepRun) -> Found:
 async def _arrive(circle: Circle, run: StepRun) -> None:
     """Lead the tip to the middle, and give it time to settle."""
     loop = asyncio.get_running_loop()
-    end = loop.time() + PATIENCE
+    end = loop.time() + APPROACH_MAX_S
     await run.target(circle.middle)
-    while np.linalg.norm(run.late(POLL_S)["p_ref"][-1] - circle.middle) > ARRIVED:
+    while np.linalg.norm(run.late(POLL_S)["p_ref"][-1] - circle.middle) > ARRIVED_M:
         if loop.time() > end:
-            raise CommandRefused(f"the reference did not reach the circle's middle within {PATIENCE:g} s")
+            raise CommandRefused(f"the reference did not reach the circle's middle within {APPROACH_MAX_S:g} s")
         await asyncio.sleep(POLL_S)
-    await asyncio.sleep(SETTLES)
+    await asyncio.sleep(SETTLE_S)
 
 
 async def _around(circle: Circle, laps: int, run: StepRun) -> Rows:

@@ -9,7 +9,7 @@ from server.hardware.commissioning.messages import Number
 from server.hardware.commissioning.step_run import StepRun
 from server.hardware.commissioning.store import Found
 
-WATCHED, LOOK = 2.0, 0.2
+WATCHED_S, SAMPLE_S = 2.0, 0.2
 """For how long they are looked at, and how often [s]."""
 LOSS_MAX = 0.01
 """Share of frames that may be lost or rejected."""
@@ -22,13 +22,13 @@ LATENCY_MAX = 0.05
 async def do(run: StepRun) -> Found:
     """Look at both for a while. Raises CommandRefused where the rig has no drivers."""
     looks: list[Drivers] = []
-    steps = int(WATCHED / LOOK)
+    steps = int(WATCHED_S / SAMPLE_S)
     for step in range(steps + 1):
         run.say("watches both drivers", step / steps)
         looks.append(await asyncio.to_thread(run.parts.drivers))
         if not looks[-1].drivers:
             raise CommandRefused("the rig has no drivers: its plant is simulated")
-        await asyncio.sleep(LOOK)
+        await asyncio.sleep(SAMPLE_S)
     return judged(looks)
 
 

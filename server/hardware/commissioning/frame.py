@@ -16,7 +16,7 @@ from server.hardware.commissioning.messages import PLACES, CaptureBody, Captured
 from server.hardware.commissioning.step_run import StepRun
 from server.hardware.commissioning.store import Found
 
-WINDOW, LOOK = 0.5, 0.02
+WINDOW_S, SAMPLE_S = 0.5, 0.02
 """Over which the median of a point is taken, and how often it is looked at [s]."""
 SAMPLES_LEAST = 5
 SPREAD_MAX = 2e-3
@@ -107,14 +107,14 @@ async def _led(start: Array, name: PointName | None, run: StepRun) -> Array | No
     while loop.time() < end:
         points = points_in(await asyncio.to_thread(run.parts.drivers))
         at = min(points.values(), key=lambda point: float(np.linalg.norm(point - at)), default=at)
-        await asyncio.sleep(LOOK)
+        await asyncio.sleep(SAMPLE_S)
     return at
 
 
 async def _median(body: CaptureBody, near: Array | None, run: StepRun) -> Captured:
-    """Median of a point over WINDOW: by name, or the one nearest to where it was last."""
+    """Median of a point over WINDOW_S: by name, or the one nearest to where it was last."""
     loop, seen, name = asyncio.get_running_loop(), list[Array](), body.point
-    end = loop.time() + WINDOW
+    end = loop.time() + WINDOW_S
     while loop.time() < end:
         points = points_in(await asyncio.to_thread(run.parts.drivers))
         if near is None:
@@ -124,7 +124,7 @@ async def _median(body: CaptureBody, near: Array | None, run: StepRun) -> Captur
         if one is not None:
             seen.append(one)
             near = one
-        await asyncio.sleep(LOOK)
+        await asyncio.sleep(SAMPLE_S)
     return captured(body.place, name or "", seen)
 
 
@@ -145,7 +145,9 @@ def points_in(found: Drivers) -> dict[str, Array]:
 def captured(place: Place, name: str, seen: Sequence[Array]) -> Captured:
     """The median of what was seen (3,); CommandRefused where that is too little, or was moved."""
     if len(seen) < SAMPLES_LEAST:
-        raise CommandRefused(f"{place}: the point was seen {len(seen)} times in {WINDOW:g} s, at least {SAMPLES_LEAST}")
+        raise CommandRefused(
+            f"{place}: the point was seen {len(seen)} times in {WINDOW_S:g} s, at least {SAMPLES_LEAST}"
+        )
     at = np.median(seen, axis=0)
     spread = float(np.sqrt(((np.array(seen) - at) ** 2).sum(axis=1).mean()))
     if spread > SPREAD_MAX:

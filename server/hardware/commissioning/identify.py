@@ -22,7 +22,7 @@ from server.hardware.commissioning.store import Found, KeptResult
 from server.hardware.commissioning.sweep import DECAYS, POSES
 from server.hardware.first_mode.messages import Interval, KeptMode, MeasuredMode, Plant
 
-PATIENCE = 300.0
+IDENTIFY_MAX_S = 300.0
 """Longest time that it may take [s]."""
 NICE = 10
 KEPT_LINES = 80
@@ -202,9 +202,9 @@ async def _run(arguments: list[str], folder: Path) -> str:
         preexec_fn=lambda: os.nice(NICE) and None,
     )
     try:
-        said, _ = await asyncio.wait_for(child.communicate(), PATIENCE)
+        said, _ = await asyncio.wait_for(child.communicate(), IDENTIFY_MAX_S)
     except TimeoutError as error:
-        raise CommandRefused(f"tendril identify took more than {PATIENCE:g} s; it was ended") from error
+        raise CommandRefused(f"tendril identify took more than {IDENTIFY_MAX_S:g} s; it was ended") from error
     finally:
         if child.returncode is None:
             with suppress(ProcessLookupError):

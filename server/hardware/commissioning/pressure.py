@@ -22,7 +22,7 @@ USUAL, SHARE_MAX = 80e3, 0.5
 """Largest pressure of a step [Pa], and its bound as a share of that of full torque."""
 LEVELS = (1.0, 1 / 3, 2 / 3, 0.0)
 """Of that, one after another."""
-HOLDS, LONGEST = 0.8, 4.0
+HOLD_MIN_S, HOLD_MAX_S = 0.8, 4.0
 """Each of them at least, and at most until the chamber stands still [s]."""
 STILL, WINDOW = 300.0, 0.3
 """It does where the second half of WINDOW [s] differs from the first by less [Pa], on average."""
@@ -78,9 +78,9 @@ async def _all_steps(level: float, levels: Sequence[float], run: StepRun) -> tup
 
 async def _steps(chamber: int, level: float, levels: Sequence[float], run: StepRun) -> PressureSteps:
     """Those of one chamber, to `levels` of `level` [Pa]."""
-    await asyncio.sleep(HOLDS / 2)
+    await asyncio.sleep(HOLD_MIN_S / 2)
     seen, starts = run.gather("slot", "pressure_cmd", "pressure_meas"), []
-    await asyncio.sleep(HOLDS / 2)
+    await asyncio.sleep(HOLD_MIN_S / 2)
     for number, share in enumerate(levels):
         run.say(f"steps {CHAMBERS[chamber]}", (chamber + number / len(levels)) / len(CHAMBERS))
         starts.append(run.slot())
@@ -94,8 +94,8 @@ async def _steps(chamber: int, level: float, levels: Sequence[float], run: StepR
 
 async def _hold(chamber: int, run: StepRun) -> None:
     """A step lasts until its chamber stands still: a slow one would else seem to stop short of its setpoint."""
-    await asyncio.sleep(HOLDS)
-    for _ in range(int((LONGEST - HOLDS) / POLL_S)):
+    await asyncio.sleep(HOLD_MIN_S)
+    for _ in range(int((HOLD_MAX_S - HOLD_MIN_S) / POLL_S)):
         p = run.late(WINDOW)["pressure_meas"][:, chamber]
         if abs(p[len(p) // 2 :].mean() - p[: len(p) // 2].mean()) < STILL:
             return

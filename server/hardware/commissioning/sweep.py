@@ -24,7 +24,7 @@ from server.operate.procedure.motion import POLL_S, STILL_WINDOW_S, Torques
 POSES, DECAYS = "poses.csv", "decays.csv"
 STILL = 5e-4
 """A pose rests where its tip swings by less (rms) [m]."""
-SHORTEST, LONGEST = 0.8, 4.0
+POSE_MIN_S, POSE_MAX_S = 0.8, 4.0
 """A pose is waited for so long at least, and at most [s]."""
 STILL_SHARE = 0.8
 """Share of the poses that must have come to rest."""
@@ -50,7 +50,7 @@ async def statics(run: StepRun) -> Found:
     for number, u in enumerate(torques):
         run.say(f"pose {number + 1} of {len(torques)}", number / len(torques))
         await run.lead(here, u)
-        rested += await run.still(SHORTEST, LONGEST, STILL)
+        rested += await run.still(POSE_MIN_S, POSE_MAX_S, STILL)
         lines.append(_pose(run.late(STILL_WINDOW_S), rods))
         here = u
     await run.lead(here, (0.0, 0.0))
@@ -71,7 +71,7 @@ def judged_poses(poses: Array, rested: int, actuator: Actuator) -> Found:
     )
     data: dict[str, JsonValue] = {"tips": np.round(tips, 5).tolist(), "length": actuator.length}
     if share < STILL_SHARE:
-        text = f"{rested} of {len(poses)} poses came to rest within {LONGEST:g} s: {bound}"
+        text = f"{rested} of {len(poses)} poses came to rest within {POSE_MAX_S:g} s: {bound}"
         return Found(False, text, numbers, data=data)
     return Found(True, f"{len(poses)} poses, tip over {swept * 1e3:.0f} mm along y", numbers, data=data)
 
@@ -81,7 +81,7 @@ async def decays(run: StepRun) -> Found:
     rods, share = run.file.motion_capture.rods, run.body.share
     torques = await run.parts.planner.do(planning.release_torques, run.parameters, share, run.body.repeats)
     await run.take_rig()
-    await run.still(SHORTEST, LONGEST, STILL)
+    await run.still(POSE_MIN_S, POSE_MAX_S, STILL)
     rest = run.tip(STILL_WINDOW_S)
     parts, releases = list[Array](), list[Release]()
     for number, u in enumerate(torques):
@@ -150,7 +150,7 @@ async def _decay(u: Torques, rest: Array, rods: Sequence[int], run: StepRun) -> 
         return bool(np.linalg.norm(run.row()["p_meas"] - rest) > far)
 
     await run.lead((0.0, 0.0), u, far_enough)
-    await run.still(SHORTEST, LONGEST, STILL)
+    await run.still(POSE_MIN_S, POSE_MAX_S, STILL)
     full = float(np.abs(run.pressures(STILL_WINDOW_S)).max())
     begin, slot = run.now(), run.slot()
     await run.torque((0.0, 0.0))

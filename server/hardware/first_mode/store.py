@@ -11,7 +11,7 @@ from controller.system.state_file import StateFile
 from server.hardware.first_mode.messages import KeptMode, Plant
 from server.http.given import given
 
-MOST = 50
+MODES_MAX = 50
 """Actuators that are kept; the oldest measurement goes first."""
 _LIST: TypeAdapter[list[KeptMode]] = TypeAdapter(list[KeptMode])
 
@@ -32,7 +32,7 @@ class FirstModes:
         key = (_body(one.actuator), one.plant)
         others = [kept for kept in self._kept() if (_body(kept.actuator), kept.plant) != key]
         self._file.path.parent.mkdir(parents=True, exist_ok=True)
-        self._file.write(_LIST.dump_json([one, *others][:MOST]))
+        self._file.write(_LIST.dump_json([one, *others][:MODES_MAX]))
 
     def _kept(self) -> list[KeptMode]:
         return self._file.read() or []

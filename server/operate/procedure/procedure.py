@@ -35,7 +35,7 @@ from server.operate.procedure.override import RETRY_S
 
 REST_MAX_S = 30.0
 """Longest wait until the rig is vented; it goes on to rest by itself."""
-STRAY_S = 0.5
+ORPHANED_TRACKING_S = 0.5
 """A rig that tracks though no procedure has it do so is held after so long, and again every RETRY_S."""
 GONE, RESTARTED = "the rig is gone", "the rig restarted"
 STOPPED = (Mode.FAULT, Mode.E_STOP)
@@ -224,7 +224,7 @@ class Procedures:
 
     def __init__(self, context: Context, scheduler: Scheduler, clock: Callable[[], float] = time.monotonic) -> None:
         self.context, self._scheduler, self._clock = context, scheduler, clock
-        self._stray = 0.0
+        self._orphaned_at = 0.0
         self._under_way: tuple[Procedure, ...] = ()
         context.operator.listen(self.hear)
 
@@ -246,7 +246,7 @@ class Procedures:
                 one.look()
             except Exception as error:  # one that fails ends no other
                 failures.append(error)
-        self._look_for_strays()
+        self._look_for_orphaned_tracking()
         note = self.context.note
         if not self._under_way and note is not None and note.overridden is not None:
             if self.context.rig.boot() is not None and self.context.rig.info is not None:
@@ -278,15 +278,15 @@ class Procedures:
         finally:
             self.remove(procedure)
 
-    def _look_for_strays(self) -> None:
+    def _look_for_orphaned_tracking(self) -> None:
         """Nothing tracks by itself: the answer to a request may have been lost, or a server have ended."""
         if any(one.tracks for one in self._under_way):
             return
         now, rig = self._clock(), self.context.rig
         if rig.newest is None or rig.newest[0]["mode"] != Mode.TRACK or rig.trouble:
-            self._stray = now + STRAY_S
-        elif now > self._stray:
-            self._stray = now + RETRY_S
+            self._orphaned_at = now + ORPHANED_TRACKING_S
+        elif now > self._orphaned_at:
+            self._orphaned_at = now + RETRY_S
             self.context.events.add("the rig tracks though no run is under way: hold", "warning")
             self.context.operator.request(Request.HOLD, own())
 

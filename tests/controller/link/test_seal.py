@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from controller.errors import KeyRefused, LayoutMismatch, ParameterError, RigHeld, SessionUnknown
-from controller.link.refusals import PAUSE, Refusals
+from controller.link.refusals import QUIET_S, Refusals
 from controller.link.seal import SESSIONS_MAX, SILENT_S, Holder, Introduction, SealedSession, Sealer, Seals
 from controller.link.version import OURS
 from controller.system.keys import KEY_BYTES, key_path, made_key, read_key
@@ -130,7 +130,7 @@ def test_refusals_are_all_counted_and_rarely_logged(caplog: pytest.LogCaptureFix
     for _ in range(500):
         refusals.note(COMMAND, KeyRefused("no seal"))
     assert (refusals.count, len(caplog.records)) == (500, 1)
-    clock[0] += PAUSE
+    clock[0] += QUIET_S
     refusals.note(PLAN, KeyRefused("no seal"))
     assert [record.getMessage() for record in caplog.records][1:] == [
         "rig twin, query on tendril/twin/reference: no seal (501 refused since the start)"

@@ -154,7 +154,7 @@ def test_odd_paths_find_nothing(server: TestServer) -> None:
 def test_the_description_holds_the_socket_messages() -> None:
     schema = openapi_schema()
     kinds = schema["components"]["schemas"]
-    assert {"Hello", "Status", "Reply", "Refused", "Pong", "Event", "Target", "Presence", "Ping"} <= set(kinds)
+    assert {"Hello", "Status", "Reply", "Refused", "Pong", "LogEntry", "Target", "Presence", "Ping"} <= set(kinds)
     assert "type" in kinds["Hello"]["required"], "the page can tell messages apart by it"
     assert kinds["Mode"]["x-enum-varnames"][6] == "E_STOP"
     spoken = schema["webhooks"]["live"]["post"]

@@ -27,7 +27,7 @@ from recordings.write.session import Session
 from recordings.write.writer import Recorder
 from server.health.monitor import HealthMonitor
 from server.log.event_file import EventFile
-from server.log.events import Event, EventLog
+from server.log.events import EventLog, LogEntry
 from server.log.line_writer import LineWriter
 from tests.server.live_server import ROW, TestServer, wait_for
 
@@ -271,13 +271,13 @@ def test_nothing_that_is_handed_to_the_recorder_waits() -> None:
 def test_a_log_file_that_hangs_holds_up_no_line_and_says_what_is_missing(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")  # to open it for writing waits for a reader
 
-    class Pipe(EventFile[Event]):
-        def append(self, event: Event) -> None:
+    class Pipe(EventFile[LogEntry]):
+        def append(self, event: LogEntry) -> None:
             with (tmp_path / "pipe").open("a") as file:
                 file.write(event.text)
 
-    log = EventLog(Pipe(tmp_path / "events.jsonl", Event))
-    log.writer = LineWriter(Pipe(tmp_path / "events.jsonl", Event), "event log", "lost", queued=10)
+    log = EventLog(Pipe(tmp_path / "events.jsonl", LogEntry))
+    log.writer = LineWriter(Pipe(tmp_path / "events.jsonl", LogEntry), "event log", "lost", queued=10)
     for number in range(100):
         log.add(f"line {number}")
     assert len(log.recent) == 100

@@ -153,7 +153,7 @@ def test_one_that_fills_the_disk_is_ended(
 ) -> None:
     usage = shutil.disk_usage(room)
     answers = iter([usage])
-    monkeypatch.setattr(exports_module, "LOOK", 0.0)
+    monkeypatch.setattr(exports_module, "CHECK_S", 0.0)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: next(answers, usage._replace(free=0)))
     answer = page.get(f"/api/recordings/{done.id}/export", params={"format": "csv"})
     assert answer.status_code == 409 and "0 MiB are free" in answer.json()["detail"]

@@ -16,7 +16,7 @@ from controller.schema.parameters import RigParameters, Settings
 from server.drawing.errors import UnknownReference
 from server.runs import planning, previews
 from server.runs.messages import Preview, PreviewBody, PreviewPart
-from server.runs.preview import Foresight, predicted
+from server.runs.preview import PreviewInParts, predicted
 from server.runs.previews import Previews
 from tests.server.live_server import PLANNER, TestServer
 
@@ -48,11 +48,11 @@ def assert_joined(parts: list[PreviewPart], expected: Preview) -> None:
 @pytest.mark.parametrize("seconds", [0.0, 0.02])
 def test_the_parts_are_the_preview(seconds: float) -> None:
     body = PreviewBody(reference="vu", laps=2)
-    foresight = Foresight(body, RIG, LIVE, REST)
-    parts = [foresight.part()]
+    found = PreviewInParts(body, RIG, LIVE, REST)
+    parts = [found.part()]
     while parts[-1].preview is None:
-        foresight.go_on(seconds)
-        parts.append(foresight.part())
+        found.go_on(seconds)
+        parts.append(found.part())
     assert len(parts) > 3
     assert [part.progress for part in parts] == sorted(part.progress for part in parts)
     assert_joined(parts, predicted(body, RIG, LIVE, REST))
@@ -79,11 +79,11 @@ def test_a_rig_of_another_period_has_the_preview_of_any_other(dt: float) -> None
 def test_the_parts_end_where_the_run_would_be_broken_off() -> None:
     wild = LIVE.model_copy(update={"K_P": (5.0, 5.0), "K_I": (20.0, 20.0)})
     body = PreviewBody(reference="circle_1hz", laps=3)
-    foresight = Foresight(body, RIG, wild, REST)
-    parts = [foresight.part()]
+    found = PreviewInParts(body, RIG, wild, REST)
+    parts = [found.part()]
     while parts[-1].preview is None:
-        foresight.go_on(0.0)
-        parts.append(foresight.part())
+        found.go_on(0.0)
+        parts.append(found.part())
     expected = predicted(body, RIG, wild, REST)
     assert expected.broken_off != ""
     assert parts[-1].progress < 1.0

@@ -11,7 +11,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from controller.schema.modes import Cause, Mode, Request
 from server.http.who import Identity
 from server.operate.procedure.override import RETRY_S
-from server.operate.procedure.procedure import STRAY_S
+from server.operate.procedure.procedure import ORPHANED_TRACKING_S
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import DEADLINES, ENDS, MOVING, Phase
@@ -145,7 +145,7 @@ class AnyOrder(RuleBasedStateMachine):
         hears = not (world.rig.cut or world.rig.deaf) and world.beating
         if hears and since is not None and (machine is None or not machine.moving):
             for _ in range(3):  # a request of it may be refused or lost as the script says
-                world.pass_time(STRAY_S + RETRY_S + SLACK)
+                world.pass_time(ORPHANED_TRACKING_S + RETRY_S + SLACK)
             machine = world.runs._machine
             assert world.rig.mode != Mode.TRACK or (machine is not None and machine.moving)
 

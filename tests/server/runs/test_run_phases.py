@@ -9,7 +9,7 @@ import pytest
 from controller.schema.modes import Cause, Mode, Request
 from controller.text.markdown import filled
 from server.operate.procedure.override import RETRY_S
-from server.operate.procedure.procedure import STRAY_S
+from server.operate.procedure.procedure import ORPHANED_TRACKING_S
 from server.runs.inbox import ROWS
 from server.runs.messages import RunBody
 from server.runs.phases import CLOSES, DEADLINES, ENDS, MOVING, PAGE, TRANSITIONS, Closes, Event, Phase, markdown
@@ -112,7 +112,7 @@ def test_a_run_that_stays_paused_ends_by_itself(world: World, monkeypatch: pytes
 def test_a_rig_that_tracks_without_a_run_is_held(world: World) -> None:
     world.rig.planned, world.rig.ticks = True, 10**9
     world.rig.request(Request.TRACK, ANYTHING)
-    world.pass_time(STRAY_S + RETRY_S)
+    world.pass_time(ORPHANED_TRACKING_S + RETRY_S)
     assert world.rig.mode == Mode.HOLD
     assert [event.text for event in world.events.recent] == ["the rig tracks though no run is under way: hold"]
 

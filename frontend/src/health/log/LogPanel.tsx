@@ -1,13 +1,13 @@
 import { SegmentedControl } from "@mantine/core";
 import { useState } from "react";
-import type { Event } from "../../api/types";
+import type { LogEntry } from "../../api/types";
 import { usePage, type LogLine } from "../../live/page";
 import { localTime, timeOfDay } from "../../ui/format";
 
 const MARK = { info: "", warning: "▲ ", error: "✖ " } as const;
 const RANK = { info: 0, warning: 1, error: 2 } as const;
 
-type Level = Event["level"];
+type Level = LogEntry["level"];
 
 /** Who did what, what was refused, what the rig did by itself; newest first. */
 export function LogPanel() {

@@ -267,7 +267,7 @@ def test_three_captured_points_tell_the_frame_and_the_bent_one_needs_the_tip_bef
 def test_pressure_steps_write_the_dead_time_and_lag_of_the_twins_valves(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pressure, "HOLDS", 0.5)
+    monkeypatch.setattr(pressure, "HOLD_MIN_S", 0.5)
     bench.accepted("drivers", "jog")
     refused = bench.post("pressure", "start", pressure=150e3)
     assert refused.status_code == 202
