@@ -28,7 +28,7 @@ def test_every_moved_target_is_answered_by_the_rig(context: BrowserContext, prod
         cut, trips = cut + 1, drag(page)
     assert trips, f"all {ATTEMPTS} drags were cut off: {page.get_by_test_id('state').inner_text()}"
     p50, p99, most = np.percentile(trips, [50, 99, 100])
-    print(f"\npointer handler -> rig's reply, {view}, 15 Hz: p50 {p50:.1f}, p99 {p99:.1f}, max {most:.1f} ms; {cut} cut")
+    print(f"\npointer handler -> rig's reply, {view}, 15 Hz p50 {p50:.1f}, p99 {p99:.1f}, max {most:.1f} ms; {cut} off")
     page.get_by_test_id("disarm").click()
     expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=10_000)
     page.get_by_test_id("lease-release").click()
