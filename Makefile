@@ -78,7 +78,7 @@ types-page: frontend/node_modules/installed
 # What keeps time or kills processes (`alone`) runs apart from what takes all cores, no more at a time than there are
 # cores: with three on two, a rig, its devices and its server were each kept waiting for longer than their limits.
 test-python: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone and not campaign"
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n $(WORKERS) --dist worksteal -m "not long and not alone and not campaign"
 
 test-alone: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist worksteal -m "alone and not long"
@@ -90,15 +90,16 @@ test-quick: .venv/kernels
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone and not campaign and not process"
 
 test-browser: setup chromium
-	$(BIN)/python -m pytest tests/e2e -rP -m "not long"
+	$(BIN)/python -m pytest tests/e2e -n 2 --dist worksteal -m "not long"
 
 test-long: setup chromium
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[engines]' uv
 	$(BIN)/python -m pytest tests -rP -m "long or keyed" --renew
 
 # Only what is skipped while its inputs stay the same (tests/keyed.py).
-renew: setup
-	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist loadfile -m keyed --renew
+renew: setup chromium
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist loadfile -m "keyed and not long" --renew
+	$(BIN)/python -m pytest tests/e2e -n 2 --dist loadfile -m "keyed and not long" --renew
 
 # The page's types follow the server's OpenAPI; `make types` compares. Tables in docs/ follow the code that acts by them.
 schema: .venv/installed frontend/node_modules/installed

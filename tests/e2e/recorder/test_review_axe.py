@@ -1,11 +1,15 @@
 """axe-core on Review: the list, one recording, the comparison, and what opens over them."""
 
+import pytest
 from playwright.sync_api import BrowserContext, expect
 
 from tests.e2e.product import Product, open_page
 from tests.e2e.recorded import record_circle
 from tests.e2e.reviewing import choose_csv, open_link, review
 from tests.e2e.ui.test_accessibility import in_both_schemes, load_axe
+
+pytestmark = pytest.mark.keyed("frontend/src", "frontend/package-lock.json", "tests/e2e/*.py", imports=False)
+"""How the page looks follows its own sources; what it shows has tests of its own that are always run."""
 
 
 def test_axe_finds_nothing_serious_in_review_and_in_what_opens_there(context: BrowserContext, product: Product) -> None:

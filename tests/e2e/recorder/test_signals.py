@@ -10,6 +10,11 @@ from tests.e2e.hand import arm, begin_circle
 from tests.e2e.product import Product, open_page, pixels_of, shot, wait_until
 from tests.e2e.recorded import record_circle
 
+pytestmark = pytest.mark.keyed(
+    "frontend/src/recorder", "server/recorder", "recordings", "tests/e2e/*.py", imports=False
+)
+"""The viewer of a library beside ours takes a minute to start and to draw in software."""
+
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
 STRETCHES = "async (id) => (await (await fetch(`/api/recordings/${id}/quick`)).json()).stretches"
 STATE = "async () => [...(await _handle.viewer_control(new Uint8Array([26, 0])))]"

@@ -10,6 +10,9 @@ from playwright.sync_api import Browser, Page, expect
 from controller.schema.palette import MEASURED, rgb
 from tests.e2e.product import Product, open_page, shot, wait_until
 
+pytestmark = pytest.mark.keyed("frontend/src", "frontend/package-lock.json", "tests/e2e/*.py", imports=False)
+"""How the page looks follows its own sources; what it shows has tests of its own that are always run."""
+
 AXE = Path(__file__).parents[3] / "frontend/node_modules/axe-core/axe.min.js"
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"]
 COLOURS = ["color-contrast"]

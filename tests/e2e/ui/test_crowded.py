@@ -17,6 +17,9 @@ from tests.e2e.recorded import list_many, record_circle
 from tests.e2e.reviewing import open_link
 from tests.server.live_server import VIEWER_TOKEN, TestServer, free_environment
 
+pytestmark = pytest.mark.keyed("frontend/src", "frontend/package-lock.json", "tests/e2e/*.py", imports=False)
+"""How the page looks follows its own sources; what it shows has tests of its own that are always run."""
+
 WIDE, LONG = "W" * 80, "abcdefghij" * 8
 LINES = """(all) => all.map((element) => {
   const range = document.createRange();
