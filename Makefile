@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
+# Half the time of most tests is spent waiting for one that passes.
+WORKERS := $(shell expr 2 '*' $$(nproc))
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
 KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing server/runs -name '*.py')
 # Where the environment forbids bytecode, every process would compile all of its libraries again: 1 to 2 s each.
@@ -75,11 +77,11 @@ lint-page: frontend/node_modules/installed
 types-page: frontend/node_modules/installed
 	cd frontend && $(NODE) nice npm run --silent check
 
-# What keeps time or kills processes (`alone`) runs apart from what takes all cores, no more at a time than there are
-# cores: with three on two, a rig, its devices and its server were each kept waiting for longer than their limits.
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n $(WORKERS) --dist worksteal -m "not long and not alone and not campaign"
 
+# What keeps time or kills processes (`alone`) runs apart from what takes all cores, no more at a time than there are
+# cores: with three on two, a rig, its devices and its server were each kept waiting for longer than their limits.
 test-alone: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist worksteal -m "alone and not long"
 
@@ -87,7 +89,7 @@ test-campaign: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e -m campaign
 
 test-quick: .venv/kernels
-	$(BIN)/python -m pytest tests --ignore tests/e2e -n auto --dist worksteal -m "not long and not alone and not campaign and not process"
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n $(WORKERS) --dist worksteal -m "not long and not alone and not campaign and not process"
 
 test-browser: setup chromium
 	$(BIN)/python -m pytest tests/e2e -n 2 --dist worksteal -m "not long"
