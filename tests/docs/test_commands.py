@@ -25,16 +25,8 @@ SERVED = "127.0.0.1:8321", " ID "
 ALL = [command for page in PAGES for command in commands(page)]
 LEFT_ALONE = {"text", "matlab", "py"}
 """No commands; `py` is a program that a test of its own runs."""
+unchanged = pytest.mark.keyed("server/cli", "server/app", "docs")
 HERE = [page for page in PAGES if not any(one in command for command in commands(page) for one in SERVED)]
-
-
-CALCULATED = {"docs/identification.md", "docs/observer.md", "docs/tracking.md"}
-"""Pages whose commands need no rig and no server: they calculate."""
-unchanged = pytest.mark.keyed("server/cli/research/commands.py", "docs/examples", *sorted(CALCULATED))
-
-
-def run(page: Path) -> Any:
-    return pytest.param(page, marks=[unchanged] if name(page) in CALCULATED else [], id=name(page))
 
 
 @pytest.fixture
@@ -57,7 +49,8 @@ def test_what_is_left_out_is_still_there_to_be_left_out() -> None:
     assert all(NOT_HERE.values())
 
 
-@pytest.mark.parametrize("page", [run(page) for page in HERE if set(commands(page)) - NOT_HERE.keys() - LONG])
+@unchanged
+@pytest.mark.parametrize("page", [page for page in HERE if set(commands(page)) - NOT_HERE.keys() - LONG], ids=name)
 def test_the_commands_of_a_page_run(page: Path, shell: Shell) -> None:
     for command in commands(page):
         if command not in NOT_HERE and command not in LONG:

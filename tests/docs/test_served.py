@@ -13,7 +13,10 @@ from tests.docs.blocks import EXAMPLES, NOT_HERE, PAGES, Shell, commands, name
 from tests.docs.test_commands import HERE
 from tests.server.live_server import TOKEN, RigProcess, TestServer, free_environment
 
-pytestmark = pytest.mark.alone
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.keyed("docs", "server", "tests/docs/*.py", "tests/server/live_server.py", imports=False),
+]
 
 PROGRAMS = [command for command in commands(EXAMPLES / "README.md") if "again" not in command]
 WATCH, FOLLOW, EXPORT, READ = PROGRAMS

@@ -108,7 +108,7 @@ def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], 
     while not condition():
         each()
         assert time.monotonic() - start < seconds, f"not within {seconds} s: {condition}"
-        time.sleep(0.02)
+        time.sleep(0.05)
     return time.monotonic() - start
 
 
