@@ -33,7 +33,7 @@ WAITING = 256
 
 
 @dataclass(frozen=True)
-class Picture:
+class NewestFrame:
     """The newest of the rows before number `stop`, as a FRAME."""
 
     stop: int = 0
@@ -93,7 +93,7 @@ class Hub:
         self._frames = self._come = 0
         self._statuses: dict[str, str] = {}
         """Status as JSON since the last frame, by what its viewer sees of the people."""
-        self._picture = Picture()
+        self._newest = NewestFrame()
         self._last_key: object = None
         self._status_at = 0.0
 
@@ -120,7 +120,7 @@ class Hub:
         self._frames += 1
         self._statuses.clear()
         if self._pages.open:
-            self._guard.do("the picture of the newest row", self._encode)
+            self._guard.do("the newest frame", self._encode)
             self._guard.do("the turn of the viewers", self._wake_due)
 
     def announce(self) -> None:
@@ -142,10 +142,10 @@ class Hub:
                 await viewer.socket.send_text(status)
         while viewer.outbox:
             await viewer.socket.send_text(viewer.outbox.popleft())
-        picture = self._picture
-        if picture.stop > viewer.cursor:
-            viewer.cursor = picture.stop
-            await viewer.socket.send_bytes(picture.frame)
+        newest = self._newest
+        if newest.stop > viewer.cursor:
+            viewer.cursor = newest.stop
+            await viewer.socket.send_bytes(newest.frame)
         if (plot := viewer.feed.next()) is not None:
             await viewer.socket.send_bytes(plot)
             if viewer.feed.behind:
@@ -170,8 +170,8 @@ class Hub:
 
     def _encode(self) -> None:
         newest, stop = self._history.newest, self._history.count
-        if newest is not None and stop != self._picture.stop:
-            self._picture = Picture(stop, encode_frame(newest))
+        if newest is not None and stop != self._newest.stop:
+            self._newest = NewestFrame(stop, encode_frame(newest))
 
 
 def encode_frame(newest: Rows) -> bytes:

@@ -20,6 +20,8 @@ from controller.simulation.acceptance import require_built, require_running
 from tests.controller.anything import actuators
 from tests.controller.trial import Trial
 
+pytestmark = pytest.mark.keyed()
+
 LONG = os.environ.get("TENDRIL_LONG") == "1"
 TOPPLED: dict[str, Any] = {
     "mass": 10.0,

@@ -11,6 +11,8 @@ from controller.schema.parameters import TwinParameters
 from controller.simulation.pneumatic_fit import ChamberSteps, fit_pneumatics
 from tests.controller.kernels.plant.test_valve import run
 
+pytestmark = pytest.mark.keyed()
+
 DT = 1e-3
 LEVELS = (60e3, 20e3, 45e3, 0.0)
 

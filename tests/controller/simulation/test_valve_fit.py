@@ -26,6 +26,8 @@ from controller.simulation.valve_fit import (
 )
 from tests.controller.chains import compiled
 
+pytestmark = pytest.mark.keyed()
+
 DT, OLD, EVERY = 1e-3, 2, 2
 """Readings come every other tick, two ticks old, and so do the valves' commands go."""
 WIRE = 2.5e-3

@@ -1,10 +1,16 @@
 """A drawing's way: drawn, judged, previewed, saved, loaded again, run to its end, and what came of it."""
 
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 from tests.e2e.strokes import LOOP_MM, draw, fact
+
+pytestmark = pytest.mark.keyed(
+    "frontend/src", "server/drawing", "controller/reference", "tests/e2e/*.py", imports=False
+)
+"""How a room of the page works follows the sources of page and room; what moves or stops a rig is always tested."""
 
 AMBER, PINK, VERMILION = (0xE6, 0x9F, 0x00), (0xCC, 0x79, 0xA7), (0xD5, 0x5E, 0x00)
 

@@ -7,6 +7,11 @@ from playwright.sync_api import Browser, FilePayload, Page, expect
 
 from tests.e2e.product import Product, open_page, shot, wait_until
 
+pytestmark = pytest.mark.keyed(
+    "frontend/src", "server/drawing", "controller/reference", "tests/e2e/*.py", imports=False
+)
+"""How a room of the page works follows the sources of page and room; what moves or stops a rig is always tested."""
+
 SQUARE = """<svg xmlns="http://www.w3.org/2000/svg" width="60mm" viewBox="0 0 60 60">
   <path d="M 0 0 H 40 V 40 H 0 Z"/>
 </svg>"""

@@ -11,6 +11,11 @@ from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
 from tests.e2e.strokes import draw, fact
 
+pytestmark = pytest.mark.keyed(
+    "frontend/src", "server/drawing", "controller/reference", "tests/e2e/*.py", imports=False
+)
+"""How a room of the page works follows the sources of page and room; what moves or stops a rig is always tested."""
+
 BARS_MM = [[(x, 125.0), (x, 135.0), (x, 145.0)] for x in (20.0, 35.0, 50.0)]
 EMPTY_MM = (100.0, 60.0)
 TURN_PX = 10 + 24

@@ -14,6 +14,9 @@ from tests.e2e.product import Product, pixels_of, shot, wait_until
 from tests.e2e.recorded import list_many, record_circle
 from tests.e2e.reviewing import choose_csv, coloured, open_link, review
 
+pytestmark = pytest.mark.keyed("frontend/src", "server/recorder", "recordings", "tests/e2e/*.py", imports=False)
+"""How a room of the page works follows the sources of page and room; what moves or stops a rig is always tested."""
+
 OBSERVER_BLUE = (0x56, 0xB4, 0xE9)
 FIRST_RUN, SECOND_RUN = rgb(LINES[0]), rgb(LINES[1])
 

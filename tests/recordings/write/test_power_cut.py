@@ -27,7 +27,7 @@ from tests.recordings.synthetic import telemetry_rows
 from tests.recordings.system_calls import Call, record
 from tests.recordings.write_through_power_cuts import ROWS
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
 
 LOSS_MAX = 1000
 """Ticks: 1 s; more only for as long as the machine itself was late."""

@@ -21,6 +21,7 @@ def rings() -> set[Path]:
 
 
 @pytest.mark.campaign
+@pytest.mark.keyed("server", "controller", "recordings", imports=False)
 @pytest.mark.timeout(600)
 def test_the_shortened_campaign_passes_and_says_so_in_json(tmp_path: Path) -> None:
     file = tmp_path / "faults.json"

@@ -16,6 +16,8 @@ from controller.simulation.run import plan
 from tests.controller.statically import sensitivity, side_of
 from tests.controller.trial import SOFT, Trial, controller_with, distance, true_tip, twin_with
 
+pytestmark = pytest.mark.keyed()
+
 POSES = {
     "P1": [(0.10, 0.14), (0.02, -0.16), (0.12, 0.10), (0.0, 0.10), (0.19, -0.09)],
     "P2": [(0.10, 0.14), (0.05, -0.12), (0.12, 0.08), (-0.02, 0.08)],

@@ -23,6 +23,8 @@ from tests.controller.desk import Desk
 from tests.controller.statically import expand_tip, invert, refine, static_tip
 from tests.controller.trial import Trial, distance, line, true_tip
 
+pytestmark = pytest.mark.keyed()
+
 
 @cache
 def static_map(name: str = "P1") -> StaticMap:

@@ -32,6 +32,8 @@ from tests.controller.chains import posed
 from tests.controller.desk import Desk
 from tests.controller.trial import Trial, distance, true_tip
 
+pytestmark = pytest.mark.keyed()
+
 TIP, ROD_6, ALL = 1 << 9, 1 << 5, (1 << 10) - 1
 SUBSETS = [TIP, ROD_6, ALL, TIP | ROD_6, TIP | 1 << 8, 1 << 4, 0b0100100100, 0b1101100100]
 

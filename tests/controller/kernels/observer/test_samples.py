@@ -12,6 +12,8 @@ from controller.schema.parameters import ControllerParameters, RigParameters
 from tests.controller.desk import MS, Desk
 from tests.controller.trial import Trial, line
 
+pytestmark = pytest.mark.keyed()
+
 ROD_6 = 5
 SPEED = 0.5
 """Of the tip in `Swinging` at most [m/s]."""

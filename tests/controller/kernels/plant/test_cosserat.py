@@ -23,6 +23,8 @@ from tests.controller.chains import compiled
 from tests.controller.foreign import BODIES, backbone_miss, followed, identified
 from tests.controller.trial import Trial, distance, line, true_tip
 
+pytestmark = pytest.mark.keyed()
+
 FULL = PRESETS["P1"].u_max * PRESETS["P1"].pressure_map[0]
 """Pressure of u_max [Pa]."""
 SETUPS: dict[PlantKind, Setup] = {

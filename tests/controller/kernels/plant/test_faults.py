@@ -22,6 +22,8 @@ from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.kernels.plant.test_twin import run
 from tests.controller.trial import Trial, controller_with, line
 
+pytestmark = pytest.mark.keyed()
+
 ROD_6 = 5
 
 

@@ -22,6 +22,8 @@ from controller.schema.parameters import RigParameters, TwinParameters
 from tests.controller.chains import advance, compiled, posed, static
 from tests.controller.statically import static_tip
 
+pytestmark = pytest.mark.keyed()
+
 IDEAL = {
     "torque_gain": (1.0, 1.0),
     "set_curvature": (0.0, 0.0),
