@@ -46,15 +46,18 @@ _WHEN = {
 }
 JSON_LINES = "application/x-ndjson"
 """An answer that comes line by line, each of them JSON (https://jsonlines.org)."""
+_PROBLEM = {"application/json": {"schema": {"$ref": f"#/components/schemas/{Problem.__name__}"}}}
 REFUSALS: dict[int | str, dict[str, Any]] = {
-    status: {"model": Problem, "description": when} for status, when in _WHEN.items()
+    status: {"description": when, "content": _PROBLEM} for status, when in _WHEN.items()
 }
+"""By reference: from a model FastAPI would make a validator for each status of each route, a second at every start."""
 
 
 def say_once(schema: dict[str, Any]) -> None:
     """Put every refusal once among the components of the OpenAPI `schema`, and let the operations refer to it."""
-    problem = {"application/json": {"schema": {"$ref": f"#/components/schemas/{Problem.__name__}"}}}
-    told = {str(status): {"description": when, "content": problem} for status, when in _WHEN.items()}
+    told = {str(status): one for status, one in REFUSALS.items()}
+    described = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+    schema["components"]["schemas"] |= described.pop("$defs") | {Problem.__name__: described}
     schema["components"]["responses"] = {f"Refused{status}": one for status, one in told.items()}
     for methods in (schema["paths"] | schema["webhooks"]).values():
         for operation in methods.values():

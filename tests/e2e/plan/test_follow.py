@@ -23,7 +23,7 @@ def armed(browser: Browser, product: Product) -> Iterator[Page]:
     """A tablet's page with a gamepad, the lease, and the rig in HOLD."""
     context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
     context.add_init_script(GAMEPAD)
-    page = open_page(context, product)
+    page = open_page(context, product, smooth=True)
     page.get_by_test_id("lease-take").tap()
     page.get_by_test_id("arm").tap()
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
