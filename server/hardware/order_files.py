@@ -6,6 +6,7 @@ ordered in the same way; the next start has those that it is told.
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -13,8 +14,10 @@ from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator
 from controller.schema.parameters import PlantKind, RigParameters
 from controller.system.whole_file import write_whole
-from server.access.permit import Permit
 from server.hardware.messages import ActuatorBody, ActuatorOutcome, PlantBody
+
+if TYPE_CHECKING:  # `tendril up` reads orders, and needs no web framework for it
+    from server.access.permit import Permit
 
 CHOICE, PLANT, RIG, OUTCOME = "actuator-choice.json", "plant.json", "rig.json", "actuator-outcome.json"
 """Files beside that of an ordered actuator, whose path names them all."""
@@ -26,7 +29,7 @@ def why_none(path: Path | None, option: str = "--actuator") -> str:
     return elsewhere if path is None else ""
 
 
-def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: Permit) -> None:
+def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: "Permit") -> None:
     """Have the rig started with `actuator`, which `body` describes, if `permit` stands; CommandRefused where no one
     would do it.
     """
@@ -34,17 +37,17 @@ def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: Per
     _write(path, {CHOICE: choice, "": actuator.model_dump_json()}, "--actuator", permit)
 
 
-def order_plant(path: Path | None, plant: PlantKind, permit: Permit) -> None:
+def order_plant(path: Path | None, plant: PlantKind, permit: "Permit") -> None:
     """Have the rig started on `plant`, if `permit` stands; CommandRefused where no one would do it."""
     _write(path, {PLANT: PlantBody(plant=plant).model_dump_json()}, "--plant", permit)
 
 
-def order_rig(path: Path | None, wanted: RigParameters, permit: Permit, option: str = "--rig FILE") -> None:
+def order_rig(path: Path | None, wanted: RigParameters, permit: "Permit", option: str = "--rig FILE") -> None:
     """Have the rig started with all of `wanted`, if `permit` stands; CommandRefused where no one would do it."""
     _write(path, {RIG: wanted.model_dump_json()}, option, permit)
 
 
-def _write(path: Path | None, texts: dict[str, str], option: str, permit: Permit) -> None:
+def _write(path: Path | None, texts: dict[str, str], option: str, permit: "Permit") -> None:
     """Write the texts to the files of these names, "" being `path` itself, in this order."""
     if path is None:
         raise CommandRefused(why_none(path, option))
