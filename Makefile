@@ -100,8 +100,10 @@ test-long: setup chromium
 
 # Only what is skipped while its inputs stay the same (tests/keyed.py).
 renew: setup chromium
-	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist loadfile -m "keyed and not long" --renew
-	$(BIN)/python -m pytest tests/e2e -n 2 --dist loadfile -m "keyed and not long" --renew
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n $(WORKERS) --dist worksteal -m "keyed and not long and not alone and not campaign" --renew
+	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist worksteal -m "keyed and alone and not long" --renew
+	$(BIN)/python -m pytest tests/server/campaign -m campaign --renew
+	$(BIN)/python -m pytest tests/e2e -n 2 --dist worksteal -m "keyed and not long" --renew
 
 # The page's types follow the server's OpenAPI; `make types` compares. Tables in docs/ follow the code that acts by them.
 schema: .venv/installed frontend/node_modules/installed
