@@ -7,6 +7,7 @@ skipped. `make test-long` runs them and keeps the new one. With `imports=False` 
 the whole product, whose every other room has tests of its own that are always run.
 """
 
+import ast
 import hashlib
 import json
 import re
@@ -23,6 +24,8 @@ ALWAYS = ".ci/requirements.lock"
 IMPORT = re.compile(r"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|.+)|import ([\w.]+))", re.MULTILINE)
 STARTED = re.compile(r"""["']((?:controller|recordings|server|tests)(?:\.\w+)+)["']""")
 """What is imported or started by its name in a text (`-m`)."""
+MADE = ("__pycache__", "server/static/", "recordings/data/")
+"""Where what is built, or recorded, lies among the sources."""
 PACKAGES = ("controller", "recordings", "server")
 DISPATCHES = "server/cli/main.py"
 """Imports in its functions begin each command of the product: a test that gives one names what that command imports."""
@@ -68,7 +71,7 @@ def data_beside(files: Iterable[Path]) -> set[Path]:
 def named(pattern: str) -> Iterator[Path]:
     """The files that a mark means by a file, a folder or a pattern: at least one."""
     found = [inner for one in ROOT.glob(pattern) for inner in (one.rglob("*") if one.is_dir() else [one])]
-    kept = [one for one in found if one.is_file() and "__pycache__" not in one.parts]
+    kept = [one for one in found if one.is_file() and not any(made in str(one) for made in MADE)]
     if not kept:
         raise pytest.UsageError(f"keyed: {pattern} names no file")
     yield from kept
@@ -100,11 +103,43 @@ def keys(items: Iterable[pytest.Item]) -> dict[str, str]:
     patterns: dict[str, set[str]] = {}
     apart: set[str] = set()
     for item in items:
-        for mark in item.iter_markers("keyed"):
+        for mark in () if isinstance(item, Skipped) else item.iter_markers("keyed"):
             patterns.setdefault(name(item), set()).update(mark.args)
             if not mark.kwargs.get("imports", True):
                 apart.add(name(item))
     return {module: key(ROOT / module, sorted(named), module not in apart) for module, named in patterns.items()}
+
+
+@cache
+def declared(module: Path) -> tuple[set[str], bool, list[str]]:
+    """Inputs that the marks in a module name, whether its imports count, and our marks that all its tests have."""
+    patterns: set[str] = set()
+    imports, marks = True, []
+    text = module.read_text()
+    for node in ast.walk(ast.parse(text)) if "mark.keyed" in text else ():
+        if isinstance(node, ast.Assign) and [ast.unparse(one) for one in node.targets] == ["pytestmark"]:
+            marks = re.findall(r"pytest\.mark\.(keyed|alone|campaign|process|long)\b", ast.unparse(node.value))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "pytest.mark.keyed":
+            patterns |= {ast.literal_eval(one) for one in node.args}
+            imports = imports and all(ast.literal_eval(one.value) for one in node.keywords)
+    return patterns, imports, marks
+
+
+class Unchanged(pytest.File):
+    """Instead of a module all of whose tests passed with the same inputs: it need not even be imported."""
+
+    def collect(self) -> Iterator[pytest.Item]:
+        skipped = Skipped.from_parent(self, name="unchanged")
+        for mark in declared(self.path)[2]:
+            skipped.add_marker(mark)
+        yield skipped
+
+
+class Skipped(pytest.Item):
+    """Says so."""
+
+    def runtest(self) -> None:
+        pytest.skip(UNCHANGED)
 
 
 class Keyed:
@@ -116,10 +151,19 @@ class Keyed:
         self._failed: set[str] = set()
 
     @pytest.hookimpl(tryfirst=True)
+    def pytest_pycollect_makemodule(self, module_path: Path, parent: pytest.Collector) -> Unchanged | None:
+        module = str(module_path.relative_to(ROOT)) if module_path.is_relative_to(ROOT) else ""
+        if self._renew or not self._whole or module not in passed():
+            return None
+        patterns, imports, marks = declared(module_path)
+        same = "keyed" in marks and passed()[module] == key(module_path, sorted(patterns), imports)
+        return Unchanged.from_parent(parent, path=module_path) if same else None
+
+    @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         found, kept = keys(items), passed()
         for item in items:
-            if item.get_closest_marker("keyed"):
+            if item.get_closest_marker("keyed") and not isinstance(item, Skipped):
                 module = name(item)
                 item.user_properties.append(("keyed", found[module]))
                 if not self._renew and kept.get(module) == found[module]:

@@ -103,12 +103,22 @@ def ran(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, *more: str, 
     return {name: count for name, count in found.items() if count}
 
 
+def test_a_module_s_marks_are_read_without_importing_it(tmp_path: Path) -> None:
+    (module := tmp_path / "test_it.py").write_text(
+        "raise SystemExit\npytestmark = [pytest.mark.alone, pytest.mark.keyed('a', imports=False)]\n"
+        "@pytest.mark.keyed('b')\ndef test_it(): pass\n"
+    )
+    assert keyed.declared(module) == ({"a", "b"}, False, ["alone", "keyed"])
+    (other := tmp_path / "test_other.py").write_text("@pytest.mark.keyed('b')\ndef test_it(): pass\n")
+    assert keyed.declared(other) == ({"b"}, True, []), "not all of its tests are keyed"
+
+
 def test_what_passed_is_skipped_until_an_input_changes(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert ran(pytester, monkeypatch) == {"passed": 2}, "nothing is kept without --renew"
     assert ran(pytester, monkeypatch, "--renew") == {"passed": 2}
-    assert ran(pytester, monkeypatch) == {"skipped": 2}
+    assert ran(pytester, monkeypatch) == {"skipped": 1}, "the module is not even imported"
     assert ran(pytester, monkeypatch, right=False) == {"passed": 1, "failed": 1}
     assert ran(pytester, monkeypatch, "--renew", right=False) == {"passed": 1, "failed": 1}
     assert json.loads(keyed.PASSED.read_text()) == {}, "what failed is not kept"
