@@ -2,8 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
-# Half the time of most tests is spent waiting for one that passes.
-WORKERS := $(shell expr 2 '*' $$(nproc))
+# One more than there are cores: most tests wait for a third of their time. More would each bring a rig that ticks.
+WORKERS := $(shell expr $$(nproc) + 1)
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
 KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing server/runs -name '*.py')
 # Where the environment forbids bytecode, every process would compile all of its libraries again: 1 to 2 s each.

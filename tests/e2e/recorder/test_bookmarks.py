@@ -37,6 +37,7 @@ def operator(page: Page) -> Iterator[Page]:
     page.emulate_media(color_scheme="dark")
     wait_until(lambda: ask(page, "POST", "/api/lease"), 30.0)
     expect(page.get_by_test_id("lease-release")).to_be_visible()  # before it knows, a key does nothing
+    expect(page.get_by_test_id("record")).to_contain_text("Record")  # nor, or the opposite, while another one ends
     page.get_by_test_id("plan").focus()
     page.keyboard.press("r")
     expect(page.get_by_test_id("mark-button")).to_be_enabled()
