@@ -100,14 +100,14 @@ def passed() -> dict[str, str]:
 
 def keys(items: Iterable[pytest.Item]) -> dict[str, str]:
     """Key of each module that has keyed tests."""
-    patterns: dict[str, set[str]] = {}
-    apart: set[str] = set()
-    for item in items:
-        for mark in () if isinstance(item, Skipped) else item.iter_markers("keyed"):
-            patterns.setdefault(name(item), set()).update(mark.args)
-            if not mark.kwargs.get("imports", True):
-                apart.add(name(item))
-    return {module: key(ROOT / module, sorted(named), module not in apart) for module, named in patterns.items()}
+    modules = {item.path for item in items if item.get_closest_marker("keyed") and not isinstance(item, Skipped)}
+    return {str(module.relative_to(ROOT)): key_of(module) for module in modules}
+
+
+def key_of(module: Path) -> str:
+    """Key of a module by the marks that are written in it."""
+    patterns, imports, _ = declared(module)
+    return key(module, sorted(patterns), imports)
 
 
 @cache
@@ -155,8 +155,7 @@ class Keyed:
         module = str(module_path.relative_to(ROOT)) if module_path.is_relative_to(ROOT) else ""
         if self._renew or not self._whole or module not in passed():
             return None
-        patterns, imports, marks = declared(module_path)
-        same = "keyed" in marks and passed()[module] == key(module_path, sorted(patterns), imports)
+        same = "keyed" in declared(module_path)[2] and passed()[module] == key_of(module_path)
         return Unchanged.from_parent(parent, path=module_path) if same else None
 
     @pytest.hookimpl(tryfirst=True)
