@@ -143,11 +143,13 @@ def test_a_chamber_fills_while_its_button_is_held_and_not_after_its_release(
         wait_until(lambda: max(pressures(product)) < JOGGED, 10.0)
         rig_page.mouse.up()
     shot(rig_page, "hardware-jog")
-    findings = in_both_schemes(rig_page, "jog", ".jog")
-    assert not findings, "\n".join(findings)
     card.get_by_test_id("step-stop-jog").click()
     expect(card.get_by_test_id("step-word-jog")).to_contain_text("failed")
     expect(card.get_by_test_id("step-result-jog")).to_contain_text("stopped by")
+    card.get_by_test_id("step-start-jog").click()
+    expect(button).to_be_visible()
+    findings = in_both_schemes(rig_page, "jog", ".jog")  # axe keeps a slow page from giving presence: it may end now
+    assert not findings, "\n".join(findings)
 
 
 def test_valves_that_are_unplugged_are_shown_as_lost_with_a_sentence(
