@@ -1,10 +1,10 @@
 """What hardly ever changes and takes long is tested once for its inputs: their hash is kept when the tests passed.
 
-The inputs of a module whose tests are marked `keyed` are its own file and all that it imports of ours, however far
-down, with the data that lie in those rooms, the files that the marks name (a Python file with all that it imports, a
-folder with all that it holds), and the versions of the libraries. While their hash is the one in PASSED they are
-skipped. `make test-long` runs them and keeps the new one. With `imports=False` only what is named counts: for a test of
-the whole product, whose every other room has tests of its own that are always run.
+The inputs of a module whose tests are marked `keyed` are its own file, the fixtures above it (conftest.py), all that it
+imports of ours, however far down, with the data that lie in those rooms, the files that the marks name (a Python file
+with all that it imports, a folder with all that it holds), and the versions of the libraries. While their hash is the
+one in PASSED they are skipped. `make renew` and `make test-long` run them and keep the new one. With `imports=False`
+only what is named counts: for a test of the whole product, whose every other room has tests that are always run.
 """
 
 import ast
@@ -84,6 +84,8 @@ def key(module: Path, patterns: Iterable[str], imports: bool = True) -> str:
     if imports:
         files = closure(files)
         files |= data_beside(files)
+    fixtures = (one / "conftest.py" for one in module.parents if one.is_relative_to(ROOT))
+    files |= {one for one in fixtures if one.is_file()}
     for file in sorted(files):
         hashed.update(f"{file.relative_to(ROOT)}\n".encode() + hashlib.sha256(file.read_bytes()).digest())
     return hashed.hexdigest()[:16]

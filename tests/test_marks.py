@@ -18,6 +18,7 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A module `tests/test_it.py` that imports `near`, which imports `far` in a function, and data beside."""
     files = {
         "tests/test_it.py": "from controller.ours.near import f\n",
+        "tests/conftest.py": "",
         "controller/ours/__init__.py": "",
         "controller/ours/near.py": "def f():\n    from controller.ours import far\n    return far\n",
         "controller/ours/far.py": "program = ['-m', 'controller.ours.started']\n",
@@ -45,6 +46,7 @@ def key(tree: Path, *named: str) -> str:
     "changed",
     [
         "tests/test_it.py",
+        "tests/conftest.py",
         *(
             f"controller/ours/{name}"
             for name in ("__init__.py", "near.py", "far.py", "started.py", "presets/one.toml", "fit.toml")

@@ -18,7 +18,7 @@ from controller.errors import ParameterError, ProcessKilled, TendrilError
 from controller.system.work_process import WorkProcess
 from tests.controller.live_rig import wait_for
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 PROGRAM = """
 import os, pathlib, sys, time

@@ -1,8 +1,11 @@
 """The reference menu: what is chosen there is drawn on the plan, for anyone who watches."""
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from tests.e2e.product import pixels_of, shot, wait_until
+
+pytestmark = pytest.mark.keyed("frontend/src", "server/drawing", "tests/e2e/*.py", imports=False)
 
 AMBER = (0xE6, 0x9F, 0x00)
 

@@ -2,12 +2,15 @@
 
 import re
 
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
 from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
 from tests.e2e.reviewing import review
+
+pytestmark = pytest.mark.keyed("frontend/src", "tests/e2e/*.py", imports=False)
 
 NO_ARCS = """() => {
   const arc = CanvasRenderingContext2D.prototype.arc;

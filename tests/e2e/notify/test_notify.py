@@ -1,9 +1,12 @@
 """The browser's notifications: asked for by a click, shown only where no one looks."""
 
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.e2e.edge import ask, clear
 from tests.e2e.product import Product, open_page, shot, wait_until
+
+pytestmark = pytest.mark.keyed("frontend/src", "server/health", "tests/e2e/*.py", imports=False)
 
 STUB = """
   window.told = []; window.asked = 0;

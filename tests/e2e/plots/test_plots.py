@@ -3,9 +3,12 @@
 import re
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import Browser, CDPSession, Page, expect
 
 from tests.e2e.product import Product, open_page, shot, wait_until
+
+pytestmark = pytest.mark.keyed("frontend/src", "server/plots", "tests/e2e/*.py", imports=False)
 
 
 def saved(page: Page) -> tuple[str, list[float]]:

@@ -15,6 +15,8 @@ from tests.e2e.product import shot, wait_until
 from tests.e2e.recorded import record_circle
 from tests.server.live_server import VIEWER_TOKEN, TestServer, free_environment
 
+pytestmark = pytest.mark.keyed("frontend/src", "server/recorder", "recordings", "tests/e2e/*.py", imports=False)
+
 INKED = """(canvas) => {
   const { width, height } = canvas;
   const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);

@@ -13,6 +13,10 @@ from server.hardware.first_mode.messages import Interval, KeptMode, MeasuredMode
 from server.hardware.first_mode.store import FirstModes, modes_file
 from tests.e2e.product import Product, frame, shot, wait_until
 
+pytestmark = pytest.mark.keyed(
+    "frontend/src", "server/hardware", "server/health", "server/operate", "tests/e2e/*.py", imports=False
+)
+
 DASH = "\u2013"
 """What stands for a missing value."""
 NOTE_BANNERS = """() => {

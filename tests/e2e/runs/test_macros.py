@@ -10,6 +10,8 @@ from tests.e2e.edge import ask, troubles
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
 from tests.e2e.ui.test_accessibility import in_both_schemes, load_axe
 
+pytestmark = pytest.mark.keyed("frontend/src", "server/operate", "server/runs", "tests/e2e/*.py", imports=False)
+
 
 @pytest.fixture
 def operator(page: Page) -> Iterator[Page]:

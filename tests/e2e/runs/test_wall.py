@@ -9,6 +9,8 @@ from playwright.sync_api import Page, expect
 from tests.e2e.edge import ask, clear, press, troubles
 from tests.e2e.product import Product, frame, shot, wait_until
 
+pytestmark = pytest.mark.keyed("frontend/src", "server/runs", "tests/e2e/*.py", imports=False)
+
 SIZES = [(1920, 1080), (1280, 720), (390, 844)]
 CAP_HEIGHT = 0.7
 """Of capitals and digits, as a share of the font's size."""

@@ -32,6 +32,8 @@ from recordings.read.reader import read_rows
 from recordings.write.rrd import About, RrdFile
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
+pytestmark = pytest.mark.keyed()
+
 Record = Callable[..., Recording]
 COUNT = 3210
 WALL_NS = int(telemetry_rows(1)["t_ns"][0]) + rig_info().wall_offset_ns

@@ -22,6 +22,8 @@ from recordings.write.session import Context
 from recordings.write.writer import Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
+pytestmark = pytest.mark.keyed()
+
 ROWS_S = 1e-3
 
 

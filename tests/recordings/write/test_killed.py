@@ -15,7 +15,7 @@ from recordings.store.store import Store
 from tests.recordings.kill_at_random import LOSS_MAX, kill_once, last_said
 from tests.recordings.synthetic import telemetry_rows
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
 
 
 def test_a_killed_recording_loses_little_and_is_mended(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from schemathesis.checks import CHECKS
 from server.app.app import openapi_schema
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment, wait_for
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 SKIPPED = {"POST /api/session"}
 """Wrong tokens close the door to their address for a minute: `test_doors` has it."""

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from controller.schema.modes import Request
 from tests.server.protocol import ANYTHING, FATES, World
 
+pytestmark = pytest.mark.keyed()
+
 ASKED = (Request.NONE, Request.ARM, Request.HOLD, Request.FOLLOW, Request.TRACK, Request.REST, Request.CLEAR)
 SERVER, FATE = st.integers(0, 1), st.sampled_from(FATES)
 ACT = st.one_of(

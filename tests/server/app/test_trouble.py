@@ -13,7 +13,7 @@ from controller.system.keys import made_key
 from server.app.services import Services
 from tests.server.live_server import RigProcess, TestServer, free_environment, key_file, wait_for
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 

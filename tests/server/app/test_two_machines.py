@@ -17,7 +17,10 @@ from controller.realtime.settings import free_port
 from server.app.ready import ServerReady
 from tests.server.live_server import Page, wait_for
 
-pytestmark = pytest.mark.alone
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.keyed("server", "controller", "recordings", "docs/two-machines.md"),
+]
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "two-machines.md"
 RIG = f"two-{os.getpid()}"

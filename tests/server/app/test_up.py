@@ -21,7 +21,7 @@ from server.rig import planner
 from server.settings import ServerSettings
 from tests.server.live_server import Page, free_environment, taken, wait_for
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed("server", "controller", "recordings")]
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 RIG = f"up-{os.getpid()}"

@@ -28,6 +28,8 @@ from tests.controller.anything import actuators
 from tests.controller.live_rig import wait_for
 from tests.server.live_server import TestServer
 
+pytestmark = pytest.mark.keyed()
+
 K_FF = GAINS["K_FF"]
 LONG = os.environ.get("TENDRIL_LONG") == "1"
 

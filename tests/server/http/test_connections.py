@@ -12,6 +12,8 @@ import pytest
 from server.http.connections import CHUNK_BYTES, HEAD_MAX, OPEN, Connection
 from tests.server.live_server import TestServer, wait_for
 
+pytestmark = pytest.mark.keyed()
+
 
 @contextmanager
 def raw(server: TestServer) -> Iterator[socket.socket]:

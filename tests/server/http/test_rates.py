@@ -23,6 +23,8 @@ from server.http.rates import (
 )
 from tests.server.live_server import VIEWER_TOKEN, TestServer, wait_for
 
+pytestmark = pytest.mark.keyed()
+
 
 class Clock:
     """Seconds that pass when the test says so."""

@@ -20,7 +20,7 @@ from server.rig.history import History
 from tests.server.live_server import Page, TestServer, wait_for
 from tests.server.plots.test_history import ENERGY, ERROR, rows
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
 
 EVENTS = 5000
 LINE = "x" * 400

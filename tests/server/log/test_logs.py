@@ -12,7 +12,7 @@ import pytest
 from server.app.ready import UpReady
 from tests.server.live_server import Page, free_environment, wait_for
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed("server", "controller", "recordings")]
 
 TENDRIL = Path(sys.executable).parent / "tendril"
 RIG = f"logs-{os.getpid()}"

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from controller.link import RigClient
+from controller.realtime.ring import CAPACITY
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
@@ -21,7 +22,7 @@ from server.recorder import automatic
 from tests.server.live_server import Live, Page, RigProcess, TestServer, free_environment, taken, wait_for
 from tests.server.runs.test_runs import armed, ring, wait_run
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 ROW = record_dtype(Telemetry)
 
@@ -233,7 +234,9 @@ def in_one_piece(server: TestServer, ids: list[str]) -> dict[str, Any]:
     """Ticks and modes of all parts, among which none is missing and none is twice."""
     parts = [read_rows(server.services.folder.store.path(id), ("tick", "mode")) for id in ids]
     found = {name: np.concatenate([part[name] for part in parts]) for name in ("tick", "mode")}
-    assert (np.diff(found["tick"]) == 1).all()
+    lost, newest = found["tick"][:-1][np.diff(found["tick"]) != 1], server.services.rig.newest
+    late = len(lost) > 0 and newest is not None and newest[0]["tick"] - lost[0] >= CAPACITY
+    assert not len(lost), f"ticks are missing after {lost}{' (a ring ago: a busy machine)' if late else ''}"
     return found
 
 

@@ -34,7 +34,7 @@ from server.recorder.folder import Reader, RecordingsFolder
 from tests.recordings.synthetic import batches, recorded, rig_info, telemetry_rows
 from tests.server.live_server import Page, TestServer, rigless, wait_for
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 ROWS = telemetry_rows(6500)
 

@@ -13,7 +13,7 @@ from recordings.store.store import Store
 from server.recorder import automatic
 from tests.server.live_server import RigProcess, TestServer, free_environment, wait_for
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 
 def killed_while_recording(folder: Path, endpoint: str, name: str) -> str:

@@ -25,7 +25,7 @@ from server.cli.recordings import app as recordings_cli
 from tests.recordings.synthetic import rig_info, telemetry_rows
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment, key_file, wait_for
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 SECRET = b"of someone else, far outside"
 ID = "20260101-000000"

@@ -20,7 +20,7 @@ from server.runs.preview import PreviewInParts, predicted
 from server.runs.previews import Previews
 from tests.server.live_server import PLANNER, TestServer
 
-pytestmark = pytest.mark.process
+pytestmark = [pytest.mark.process, pytest.mark.keyed()]
 
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
 LONG = PreviewBody(reference="circle_0.25hz", laps=25)

@@ -4,6 +4,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import get_args
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as some
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
@@ -20,6 +21,8 @@ from server.runs.runs import SILENCE_MAX_S
 from tests.server.leave import ANYTHING
 from tests.server.run_world import ANN, BOB, LONG, LONGEST_REQUEST, SLACK, World
 from tests.server.scripted_rig import Fate
+
+pytestmark = pytest.mark.keyed()
 
 
 class AnyOrder(RuleBasedStateMachine):

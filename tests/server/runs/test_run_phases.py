@@ -16,6 +16,8 @@ from server.runs.phases import CLOSES, DEADLINES, ENDS, MOVING, PAGE, TRANSITION
 from tests.server.leave import ANYTHING
 from tests.server.run_world import BOB, LONGEST_REQUEST, World
 
+pytestmark = pytest.mark.keyed()
+
 
 def test_the_table_is_whole() -> None:
     assert set(TRANSITIONS) == set(Phase)

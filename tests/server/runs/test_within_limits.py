@@ -28,6 +28,8 @@ from server.runs.laps import allowed_by, first_leg, lap_of, next_leg
 from server.runs.messages import PreviewBody
 from server.runs.preview import predicted
 
+pytestmark = pytest.mark.keyed()
+
 LIVE, DT, T = Settings(), 1e-3, 20
 TORQUE_RATE = 5.0
 TOLERANCE = 1.0 + 1e-5

@@ -14,7 +14,7 @@ from server.scene.drag import CAMERA, END, START, UPDATE
 from server.scene.gizmo import GIZMO
 from tests.server.live_server import Page, TestServer, wait_for
 
-pytestmark = pytest.mark.alone
+pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
 
 VERSION = f"viser-v{viser.__version__}"
 CAMERA_POSE = {

@@ -13,6 +13,8 @@ from tests.controller.calm import Drag, drag
 from tests.controller.trial import Trial
 from tests.controller.whips import FREE, NAMED, RUNS, Gains, broken, judged, onset
 
+pytestmark = pytest.mark.keyed()
+
 EVERYWHERE = (Gains("P1", 0.3, 20.0), Gains("P2", 5.0, 2.0), Gains("P1", 1.0, 15.0))
 HARD = [
     *((mode, gains) for mode in RUNS for gains in EVERYWHERE),

@@ -26,6 +26,8 @@ from controller.schema.modes import Cause, Freeze, Law, Mode, Request
 from controller.schema.parameters import ControllerParameters, RigParameters, Settings
 from tests.controller.world import BOOT, LIMITS, World
 
+pytestmark = pytest.mark.keyed()
+
 LONG = os.environ.get("TENDRIL_LONG") == "1"
 STOPPED, LATCHED, MOVING = (Mode.VENTED, Mode.E_STOP), (Mode.FAULT, Mode.E_STOP), (Mode.FOLLOW, Mode.TRACK)
 BOUNDS, DT, EPS = ControllerParameters(), 1e-3, 1e-12

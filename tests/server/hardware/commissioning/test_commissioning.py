@@ -23,6 +23,8 @@ from tests.server.commissioning_bench import Bench, bench_of
 from tests.server.hardware.commissioning.test_commissioning_steps import camera, first_mode
 from tests.server.live_server import VIEWER_TOKEN, RigProcess, TestServer, taken, wait_for
 
+pytestmark = pytest.mark.keyed("docs/examples")
+
 EXAMPLES = Path(__file__).parents[4] / "docs" / "examples"
 
 

@@ -17,6 +17,8 @@ from tests.server.live_server import VIEWER_TOKEN, Live, Page, TestServer, wait_
 from tests.server.runs.test_macros import logged
 from tests.server.runs.test_runs import armed
 
+pytestmark = pytest.mark.keyed()
+
 TWICE = {"travel": 0.1, "repeats": 2}
 
 
