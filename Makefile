@@ -96,7 +96,8 @@ test-browser: setup chromium
 
 test-long: setup chromium
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[engines]' uv
-	$(BIN)/python -m pytest tests -rP -m "long or keyed" --renew
+	$(MAKE) --no-print-directory renew
+	$(BIN)/python -m pytest tests -rP -m long
 
 # Only what is skipped while its inputs stay the same (tests/keyed.py).
 renew: setup chromium

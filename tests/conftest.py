@@ -21,7 +21,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     processes.watch()
     whole = not any("::" in str(one) for one in config.args) and not config.getoption("keyword")
-    config.pluginmanager.register(Keyed(config.getoption("--renew"), whole))
+    if config.option.markexpr != "long":  # those are run whole, whatever has changed
+        config.pluginmanager.register(Keyed(config.getoption("--renew"), whole))
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
@@ -32,7 +33,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     text = collection_path.read_text()
     whole = re.findall(r"^pytestmark = pytest\.mark\.(\w+)$", text, re.MULTILINE)
     left_out = any(f"not {mark}" in asked for mark in whole)
-    nothing = any(asked.startswith(mark) and f"mark.{mark}" not in text for mark in ("alone", "campaign", "keyed"))
+    nothing = any(asked.startswith(mark) and f"mark.{mark}" not in text for mark in ("alone", "campaign", "keyed", "long"))
     return True if left_out or nothing else None
 
 

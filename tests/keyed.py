@@ -3,8 +3,9 @@
 The inputs of a module whose tests are marked `keyed` are its own file, the fixtures above it (conftest.py), all that it
 imports of ours, however far down, with the data that lie in those rooms, the files that the marks name (a Python file
 with all that it imports, a folder with all that it holds), and the versions of the libraries. While their hash is the
-one in PASSED they are skipped. `make renew` and `make test-long` run them and keep the new one. With `imports=False`
-only what is named counts: for a test of the whole product, whose every other room has tests that are always run.
+one in PASSED they are skipped. `make renew`, with which `make test-long` begins, runs them and keeps the new one. With
+`imports=False` only what is named counts: for a test of the whole product, whose every other room has tests that are
+always run. Long tests are never skipped.
 """
 
 import ast
@@ -29,7 +30,7 @@ MADE = ("__pycache__", "server/static/", "recordings/data/")
 PACKAGES = ("controller", "recordings", "server")
 DISPATCHES = "server/cli/main.py"
 """Imports in its functions begin each command of the product: a test that gives one names what that command imports."""
-UNCHANGED = "passed with the same inputs (tests/passed.json); make test-long runs it"
+UNCHANGED = "passed with the same inputs (tests/passed.json); make renew runs it"
 
 
 @cache
