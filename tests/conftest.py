@@ -33,7 +33,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     text = collection_path.read_text()
     whole = re.findall(r"^pytestmark = pytest\.mark\.(\w+)$", text, re.MULTILINE)
     left_out = any(f"not {mark}" in asked for mark in whole)
-    nothing = any(asked.startswith(mark) and f"mark.{mark}" not in text for mark in ("alone", "campaign", "keyed", "long"))
+    nothing = any(
+        asked.startswith(mark) and f"mark.{mark}" not in text for mark in ("alone", "campaign", "keyed", "long")
+    )
     return True if left_out or nothing else None
 
 

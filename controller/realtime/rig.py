@@ -3,7 +3,6 @@
 Whatever ends the main thread also ends the loop: SIGTERM, SIGINT, an exception, or the loss of its parent.
 """
 
-import fcntl
 import logging
 import os
 import resource
@@ -15,7 +14,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -31,9 +29,10 @@ from controller.link.version import LAYOUT, OURS
 from controller.realtime.command_handler import CommandHandler
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
 from controller.realtime.mailbox import post, receive, words
+from controller.realtime.only_one import only_one
 from controller.realtime.pause import Pause
 from controller.realtime.priority import pin_memory, prefer_process, raise_thread_priority
-from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring, ring_folders
+from controller.realtime.ring import PUMP_NS, STOP, Ring, create_ring
 from controller.realtime.settings import RigReady, failure_file, free_port
 from controller.realtime.settings import RigSettings as RigSettings
 from controller.schema.layout import record_dtype
@@ -43,7 +42,7 @@ from controller.schema.parameters import RigParameters
 from controller.system.keys import key_path, made_key
 from controller.system.logs import flush_log, log_in_background
 from controller.system.origin import commit
-from controller.system.whole_file import open_lock, write_whole
+from controller.system.whole_file import write_whole
 
 log = logging.getLogger(__name__)
 
@@ -61,7 +60,7 @@ def run_rig(settings: RigSettings) -> None:
     prefer_process()
     log_in_background()
     _allow_connections()
-    with _failure_told(settings.ready), _only_one(settings):
+    with _failure_told(settings.ready), only_one(settings):
         load_kernels(settings.parameters)
         RigProcess(settings).run()
 
@@ -238,24 +237,3 @@ def _failure_told(ready: Path | None) -> Iterator[None]:
             with suppress(OSError):
                 write_whole(failure_file(ready), text, lasting=False)
         raise
-
-
-@contextmanager
-def _only_one(settings: RigSettings) -> Iterator[None]:
-    """Two loops on one actuator would fight: refuse a second process of the same rig id on this machine."""
-    folder = settings.folder or ring_folders()[0]
-    path = folder / f"tendril-{settings.rig}.lock"
-    try:
-        file = open_lock(path)
-    except OSError as error:
-        raise TendrilError(f"rig {settings.rig!r} cannot be locked: {path}: {error.strerror}; remove it") from error
-    with file:
-        _lock(file, settings.rig)
-        yield
-
-
-def _lock(file: BinaryIO, rig: str) -> None:
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        raise TendrilError(f"rig {rig!r} already runs on this machine") from error

@@ -2,18 +2,17 @@
 
 import logging
 import resource
-import socket
 import sys
 from collections.abc import Awaitable, Callable
 
 import uvicorn
 from fastapi import FastAPI
 
-from controller.errors import TendrilError
 from controller.system.logs import log_in_background
 from controller.system.loop_watchdog import end_process
 from controller.system.memory import few_arenas, forget_start
 from server.app.app import create_app
+from server.app.listening import address, listen
 from server.app.ready import Addresses
 from server.app.services import Services
 from server.app.shutdown import Server, come_to_rest
@@ -25,8 +24,6 @@ log = logging.getLogger(__name__)
 
 SWITCH_INTERVAL = 5e-4
 """Longest time [s] for which one Python thread keeps another waiting (Python's own choice is 5 ms)."""
-UNSENT_MAX = 16 * 1024
-"""Bytes that may wait in the kernel for a slow viewer: beyond it, frames are skipped instead of delayed."""
 FILES = 8192
 """Files and sockets that may be open; a page with a 3D view takes seven, and 1024 is what most systems begin with."""
 KEPT_OPEN = 20.0
@@ -92,26 +89,3 @@ def uvicorn_server(
         ssl_keyfile=settings.tls_key,
     )
     return Server(config, before_end, ready)
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """A listening TCP socket; port 0 takes a free one."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    listening = socket.socket(family, socket.SOCK_STREAM)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    if hasattr(socket, "TCP_NOTSENT_LOWAT"):
-        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT_MAX)
-    try:
-        listening.bind((host, port))
-    except OSError as error:
-        listening.close()
-        raise TendrilError(f"cannot serve on {host}, port = {port}: {error.strerror}; choose another --port") from error
-    listening.listen(128)
-    return listening
-
-
-def address(settings: ServerSettings, listening: socket.socket) -> str:
-    """Where a browser on this machine finds the server."""
-    host = settings.host
-    shown = {"0.0.0.0": "127.0.0.1", "::": "[::1]", "::1": "[::1]"}.get(host, host)
-    return f"{'https' if settings.tls_cert else 'http'}://{shown}:{listening.getsockname()[1]}"

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.panel import Panel
 
 from controller.errors import KeyRefused, StartRefused, TendrilError
+from controller.realtime.only_one import only_one
 from controller.realtime.settings import REFUSED, RigSettings, free_port
 from controller.realtime.supervisor import Supervisor
 from controller.schema.parameters import RigParameters
@@ -23,6 +24,7 @@ from controller.system.child import ChildProcess, launched
 from controller.system.keys import made_key, mended_key
 from controller.system.logs import log_in_background
 from controller.system.scheduler import ErrorGuard
+from server.app.listening import listen
 from server.app.ready import ServerReady, UpReady, write_ready
 from server.http.tls import require_certificate
 from server.settings import ServerSettings
@@ -110,13 +112,15 @@ def run_up(
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell may have started us in the background, SIGINT ignored
         signal.signal(number, signal.default_int_handler)
     out.quiet = server.log_format == "json"
+    with only_one(rig), listen(server.host, server.port):
+        pass  # what is in the way is said before anything starts, which takes seconds; rig and server have them then
     with tempfile.TemporaryDirectory(prefix="tendril-") as name:
         folder = Path(name)
-        key, listen = usable_key(server, folder), free_port(rig.listen)
-        shared = {"endpoint": listen, "key_file": key, "orders": folder / "actuator.json"}
+        key, endpoint = usable_key(server, folder), free_port(rig.listen)
+        shared = {"endpoint": endpoint, "key_file": key, "orders": folder / "actuator.json"}
         child = ServerChild(server.model_copy(update=shared), folder / "server.json")
         try:
-            _run_rig(rig.model_copy(update={"listen": listen, "key_file": key}), parameters, child, browser, ready)
+            _run_rig(rig.model_copy(update={"listen": endpoint, "key_file": key}), parameters, child, browser, ready)
         except KeyboardInterrupt:
             out.print("Stopping ...")
         finally:

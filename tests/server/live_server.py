@@ -27,7 +27,8 @@ from recordings.live.channel import Order
 from recordings.live.host import Host
 from recordings.write.writer import Recorder
 from server.app.app import create_app
-from server.app.run import address, listen, uvicorn_server
+from server.app.listening import address, listen
+from server.app.run import uvicorn_server
 from server.app.services import Services
 from server.recorder.client import launch
 from server.recorder.folder import Reader

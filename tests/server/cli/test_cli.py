@@ -26,7 +26,7 @@ from controller.research.bench.bench import time_beside_mujoco
 from controller.schema.actuator import PRESETS
 from controller.schema.fit import TWIN
 from controller.system.origin import ROOT, our_version
-from server.app.run import listen
+from server.app.listening import listen
 from server.cli.main import app, main
 from server.cli.typed import controller_of
 
