@@ -150,7 +150,7 @@ BY_OPERATOR: dict[str, Opener] = {
     "ui/buttons/HeaderPopover.tsx": opened("notify"),
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
-    "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
+    "operate/lease/LeaseControl.tsx": opened("lease-menu"),
     "drawing/importing/ImportDialog.tsx": drawing_file,
     "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
     "drawing/tools/DrawText.tsx": text,
@@ -169,12 +169,12 @@ BY_OPERATOR: dict[str, Opener] = {
     "app/guide/Guide.tsx": guide,
 }
 """How to open each, by the file that lays it over the page, in a page that operates."""
-BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
+BY_OTHERS: dict[str, Opener] = {"operate/lease/LeaseControl.tsx": take_over}
 """The same where another session operates."""
 LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
 LARGE += ("drawing/importing/ImportDialog.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
-KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
+KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseControl.tsx", "drawing/library/ReferencePanel.tsx")
 KINDS += ("health/Health.tsx", "ui/buttons/HeaderPopover.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
 KINDS += (
     "drawing/importing/ImportDialog.tsx",
