@@ -151,8 +151,8 @@ BY_OPERATOR: dict[str, Opener] = {
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
     "operate/lease/LeaseControl.tsx": opened("lease-menu"),
-    "drawing/importing/ImportDialog.tsx": drawing_file,
-    "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
+    "drawing/importing/DrawImport.tsx": drawing_file,
+    "drawing/tools/DrawToolbar.tsx": opened("tool-shape"),
     "drawing/tools/DrawText.tsx": text,
     "drawing/DrawSaved.tsx": saved,
     "drawing/library/ReferencePanel.tsx": opened("reference", tab="Run"),
@@ -172,12 +172,12 @@ BY_OPERATOR: dict[str, Opener] = {
 BY_OTHERS: dict[str, Opener] = {"operate/lease/LeaseControl.tsx": take_over}
 """The same where another session operates."""
 LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
-LARGE += ("drawing/importing/ImportDialog.tsx",)
+LARGE += ("drawing/importing/DrawImport.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseControl.tsx", "drawing/library/ReferencePanel.tsx")
 KINDS += ("health/Health.tsx", "ui/buttons/HeaderPopover.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
 KINDS += (
-    "drawing/importing/ImportDialog.tsx",
+    "drawing/importing/DrawImport.tsx",
     "plots/SignalChooser.tsx",
     "recorder/detail/ExportDialog.tsx",
     "app/guide/Guide.tsx",
