@@ -162,16 +162,16 @@ BY_OPERATOR: dict[str, Opener] = {
     "plots/SignalChooser.tsx": opened("signals", tab="Plots"),
     "plots/LayoutMenu.tsx": opened("layouts", tab="Plots"),
     "recorder/detail/ExportDialog.tsx": exporting,
-    "recorder/detail/FollowAgain.tsx": opened("follow-again", review=True),
+    "recorder/detail/Detail.tsx": opened("follow-again", review=True),
     "recorder/list/DeleteButton.tsx": opened("delete-recording", review=True),
-    "recorder/list/ImportDialog.tsx": importing,
+    "recorder/list/ImportButton.tsx": importing,
     "recorder/detail/About.tsx": tags,
     "app/guide/Guide.tsx": guide,
 }
 """How to open each, by the file that lays it over the page, in a page that operates."""
 BY_OTHERS: dict[str, Opener] = {"operate/lease/LeaseControl.tsx": take_over}
 """The same where another session operates."""
-LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
+LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportButton.tsx")
 LARGE += ("drawing/importing/DrawImport.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
 KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseControl.tsx", "drawing/library/ReferencePanel.tsx")
