@@ -58,7 +58,7 @@ export function ImportFrame({ file, found, question, problem, children, onClose 
   };
   return (
     <form
-      className="importing"
+      className="column importing"
       data-testid="import-drawing"
       onSubmit={(event) => {
         event.preventDefault();

@@ -22,7 +22,7 @@ export function JogStep({ jog }: { readonly jog: JogView | null }) {
   const max = usePage((page) => page.rig?.parameters.hardware?.valves.pressure_max ?? NaN);
   if (!clear)
     return (
-      <div className="jog-clear" role="group" aria-label="Before the first chamber is filled">
+      <div className="column jog-clear" role="group" aria-label="Before the first chamber is filled">
         <p>
           No one reaches into the arm, and the supply can be shut by hand. A chamber fills while its button is
           held, to at most {kilopascals(Math.min(FULL, max))}, and empties when it is let go.
@@ -40,7 +40,7 @@ export function JogStep({ jog }: { readonly jog: JogView | null }) {
       </div>
     );
   return (
-    <div className="jog" data-testid="jog">
+    <div className="column" data-testid="jog">
       <p className="note">
         Hold a button for a second (Space by keys), look at the arm, and say which chamber filled.
       </p>
