@@ -1,5 +1,5 @@
 import { ActionIcon, Badge, Button, Group, Menu, Modal, Tooltip } from "@mantine/core";
-import { IconArrowsExchange, IconUser } from "@tabler/icons-react";
+import { IconArrowsExchange, IconHandOff, IconUser } from "@tabler/icons-react";
 import { useState } from "react";
 import { usePage, type Page } from "../../live/page";
 import { useService } from "../../ui/services";
@@ -28,7 +28,8 @@ export function LeaseControl() {
           meaning="Give control back; a motion is held"
           onClick={() => void operations.releaseLease()}
         >
-          Release
+          <IconHandOff className="icon-for-word" size={16} aria-hidden />
+          <span className="word-or-icon">Release</span>
         </ControlButton>
       ) : null}
       {lease.held ? <LeaseMenu /> : null}
