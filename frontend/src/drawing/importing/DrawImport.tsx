@@ -1,4 +1,5 @@
 import { FileButton, Modal } from "@mantine/core";
+import { useWindowEvent } from "@mantine/hooks";
 import { IconFileImport } from "@tabler/icons-react";
 import { useEffect, useRef, useState } from "react";
 import { ToolButton } from "../../ui/buttons/ToolButton";
@@ -17,21 +18,13 @@ export function DrawImport() {
     again.current?.(); // the same file may be chosen once more, mended
     if (file) setChosen((before) => ({ file, count: (before?.count ?? 0) + 1 }));
   };
-  useEffect(() => {
-    const allow = (event: DragEvent) => {
-      event.preventDefault();
-    };
-    const drop = (event: DragEvent) => {
-      event.preventDefault();
-      choose(event.dataTransfer?.files.item(0) ?? null);
-    };
-    window.addEventListener("dragover", allow);
-    window.addEventListener("drop", drop);
-    return () => {
-      window.removeEventListener("dragover", allow);
-      window.removeEventListener("drop", drop);
-    };
-  }, []);
+  useWindowEvent("dragover", (event) => {
+    event.preventDefault();
+  });
+  useWindowEvent("drop", (event) => {
+    event.preventDefault();
+    choose(event.dataTransfer?.files.item(0) ?? null);
+  });
   const label = "Import a table (CSV: x, y or t, x, y) or an SVG drawing; or drop the file here";
   return (
     <>

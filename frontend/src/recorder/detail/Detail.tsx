@@ -1,4 +1,5 @@
 import { Button, Loader, Menu, SegmentedControl, useComputedColorScheme } from "@mantine/core";
+import { useWindowEvent } from "@mantine/hooks";
 import { IconArrowLeft, IconRoute } from "@tabler/icons-react";
 import { useEffect, useRef, useState } from "react";
 import type { Recording } from "../../api/types";
@@ -258,15 +259,9 @@ function Viewer({ id, shown, start, scheme }: ViewerProps) {
   const opened = useRef(shown);
   const [ready, setReady] = useState(false);
   const [source] = useState(() => viewerUrl(shown ? url : null, scheme, wishedRenderer()));
-  useEffect(() => {
-    const hear = ({ source, data }: MessageEvent<unknown>) => {
-      if (source === frame.current?.contentWindow && data === "READY") setReady(true);
-    };
-    window.addEventListener("message", hear);
-    return () => {
-      window.removeEventListener("message", hear);
-    };
-  }, []);
+  useWindowEvent("message", ({ source, data }: MessageEvent<unknown>) => {
+    if (source === frame.current?.contentWindow && data === "READY") setReady(true);
+  });
   useEffect(() => {
     if (!ready || !shown || opened.current) return;
     opened.current = true;
