@@ -1,12 +1,12 @@
-import { Loader, Tabs } from "@mantine/core";
+import { Loader, SegmentedControl, Tabs } from "@mantine/core";
 import { memo, useEffect, useState, type ComponentType } from "react";
 import { Login } from "./Login";
-import { CommissioningBar } from "../hardware/commissioning/CommissioningBar";
+import { CommissioningBar, Lacking } from "../hardware/commissioning/CommissioningBar";
 import { isHardware } from "../hardware/commissioning/commissioning";
 import { useCommissioningState } from "../hardware/commissioning/useCommissioning";
 import { HealthPanel } from "../health/HealthPanel";
 import { Flags } from "../health/Flags";
-import { usePage } from "../live/page";
+import { PageStore, usePage, type Page } from "../live/page";
 import { LogPanel } from "../health/log/LogPanel";
 import { Banner } from "../operate/Banner";
 import { ControlPanel } from "../operate/ControlPanel";
@@ -16,8 +16,7 @@ import { PlotStrip } from "../plots/PlotStrip";
 import { ActuatorPanel } from "../hardware/ActuatorPanel";
 import { FirstModeBar } from "../operate/presets/FirstMode";
 import { GainsPanel } from "../operate/presets/GainsPanel";
-import { MacroBar } from "../runs/macros/MacroBar";
-import { MacroPanel } from "../runs/macros/MacroPanel";
+import { MacroBar, MacroPanel } from "../runs/macros/MacroPanel";
 import { RunPanel } from "../runs/RunPanel";
 import { Scene3D } from "../scene/Scene3D";
 import { SensingPanel } from "../operate/sensing/SensingPanel";
@@ -27,8 +26,12 @@ import { Part } from "../ui/Part";
 import { Guide } from "./guide/Guide";
 import { Header } from "./Header";
 import { KeyHelp } from "./KeyHelp";
-import { RigPanel } from "./RigPanel";
 import { WallDisplay } from "./WallDisplay";
+import { CommissioningPanel } from "../hardware/commissioning/CommissioningPanel";
+import { lackingText } from "../hardware/commissioning/steps";
+import { DriversPanel } from "../hardware/DriversPanel";
+import { RigFilePanel } from "../hardware/RigFilePanel";
+import { useService } from "../ui/services";
 
 const SLOW_MS = 1500;
 /** Null until its code has come. */
@@ -181,6 +184,37 @@ function Control() {
       <ControlPanel />
       <MacroPanel />
     </>
+  );
+}
+
+const SECTIONS: readonly { readonly value: Page["rigSection"]; readonly label: string }[] = [
+  { value: "drivers", label: "Drivers" },
+  { value: "file", label: "Rig file" },
+  { value: "commissioning", label: "Commissioning" },
+];
+
+/** A rig of real devices: how they fare, the file that describes it, and its commissioning. */
+function RigPanel() {
+  const page = useService(PageStore);
+  const section = usePage((state) => state.rigSection);
+  const state = useCommissioningState();
+  return (
+    <div className="panel rig-panel">
+      <SegmentedControl
+        size="xs"
+        aria-label="Part of the rig"
+        data-testid="rig-section"
+        value={section}
+        data={SECTIONS.map(({ value, label }) => ({ value, label }))}
+        onChange={(value) => {
+          page.patch({ rigSection: value });
+        }}
+      />
+      {section === "drivers" && state !== null ? <Lacking text={lackingText(state)} /> : null}
+      {section === "drivers" ? <DriversPanel /> : null}
+      {section === "file" ? <RigFilePanel /> : null}
+      {section === "commissioning" ? <CommissioningPanel /> : null}
+    </div>
   );
 }
 

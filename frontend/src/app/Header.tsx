@@ -5,9 +5,8 @@ import {
   useComputedColorScheme,
   useMantineColorScheme,
 } from "@mantine/core";
-import { IconDeviceTv, IconKeyboard, IconMoon, IconSun } from "@tabler/icons-react";
+import { IconDeviceTv, IconKeyboard, IconLockOpen, IconMoon, IconSun } from "@tabler/icons-react";
 import { memo } from "react";
-import { Unprotected } from "./Unprotected";
 import { Health } from "../health/Health";
 import { PageStore, usePage } from "../live/page";
 import { NotifyButton } from "../health/notify/NotifyButton";
@@ -87,6 +86,22 @@ function RigName() {
       <span className="rig-name">
         {rig.rig} · {name}
         {rig.twin ? ` · ${rig.parameters.twin.plant === "cosserat" ? "Cosserat twin" : "twin"}` : ""}
+      </span>
+    </Tooltip>
+  );
+}
+
+const MEANING =
+  "Other machines reach this server without TLS: who is in the network can read and change what is said, tokens included";
+
+/** Marks a server that others can reach unencrypted. */
+function Unprotected() {
+  const unprotected = usePage((page) => page.me.unprotected);
+  if (!unprotected) return null;
+  return (
+    <Tooltip label={MEANING} multiline maw={320}>
+      <span className="unprotected" data-testid="unprotected" role="img" aria-label={MEANING}>
+        <IconLockOpen size={15} aria-hidden /> no TLS
       </span>
     </Tooltip>
   );

@@ -1,8 +1,8 @@
 import { ActionIcon, Button, Popover, TextInput, Tooltip } from "@mantine/core";
-import { IconDownload, IconFolderOpen, IconTrash } from "@tabler/icons-react";
+import { IconDownload, IconFolderOpen } from "@tabler/icons-react";
 import { useState } from "react";
 import { ControlButton } from "../operate/ControlButton";
-import { useWhyNot } from "../operate/permission";
+import { DeleteIcon } from "../operate/DeleteIcon";
 import { millimetres } from "../ui/format";
 import { useService } from "../ui/services";
 import { useStore } from "../ui/store";
@@ -111,39 +111,14 @@ function SavedList({ onLoad }: { readonly onLoad: (name: string) => void }) {
               <IconDownload size={16} />
             </ActionIcon>
           </Tooltip>
-          <Delete name={name} />
+          <DeleteIcon
+            control="settings"
+            name={name}
+            testId={`delete-${name}`}
+            onDelete={() => void saved.remove(name)}
+          />
         </li>
       ))}
     </ul>
-  );
-}
-
-/** Asks once more before it deletes. */
-function Delete({ name }: { readonly name: string }) {
-  const saved = useService(SavedDrawings);
-  const [sure, setSure] = useState(false);
-  const reason = useWhyNot("settings");
-  const label = reason ?? (sure ? `Really delete ${name}?` : `Delete ${name}`);
-  return (
-    <Tooltip label={label}>
-      <ActionIcon
-        variant={sure ? "filled" : "subtle"}
-        color={sure ? "red" : "gray"}
-        aria-label={label}
-        aria-disabled={reason !== null}
-        data-disabled={reason !== null}
-        data-testid={`delete-${name}`}
-        onBlur={() => {
-          setSure(false);
-        }}
-        onClick={() => {
-          if (reason !== null) return;
-          if (sure) void saved.remove(name);
-          setSure(!sure);
-        }}
-      >
-        <IconTrash size={16} />
-      </ActionIcon>
-    </Tooltip>
   );
 }

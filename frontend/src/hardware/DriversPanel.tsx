@@ -8,7 +8,7 @@ export function DriversPanel() {
   const { drivers, problem } = useDrivers();
   const alive = usePage((page) => page.online && page.rigLive) && problem === "";
   return (
-    <div className="drivers" data-testid="drivers" data-old={!alive}>
+    <div className="column drivers" data-testid="drivers" data-old={!alive}>
       {problem === "" ? null : (
         <p className="note" role="alert" data-grade="bad">
           {problem}

@@ -23,7 +23,7 @@ export function RigFilePanel() {
   const said = standing(editing);
   const changed = draft !== disk.text;
   return (
-    <section className="rig-file" aria-labelledby={heading}>
+    <section className="column" aria-labelledby={heading}>
       <div className="row">
         <h3 className="bar-title" id={heading}>
           Rig file

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { OnTime } from "./onTime";
+import { OnTime } from "./live";
 import { Trail } from "./trail";
 
 test("the on-time share counts the last minute and starts again with the rig", () => {

@@ -12,7 +12,9 @@ interface Props extends Omit<ButtonProps, "disabled"> {
   readonly onClick: () => void;
   /** What it does, shown when it is allowed. */
   readonly meaning: string;
-  /** It comes where another button was: a double click there must not press it, too. */
+  /** It comes where another button was, perhaps under a finger: what it does is not said before a mouse moves on it. */
+  readonly replaces?: boolean;
+  /** The same, and a double click there must not press it, too. */
   readonly waits?: boolean;
   readonly testId: string;
   readonly children: ReactNode;
@@ -25,6 +27,7 @@ export function ControlButton({
   onClick,
   meaning,
   waits = false,
+  replaces = waits,
   testId,
   children,
   ...button
@@ -33,8 +36,15 @@ export function ControlButton({
   const id = useId();
   const blocked = reason !== null;
   const unread = useUnread(waits);
+  const [unhovered, setUnhovered] = useState(replaces);
+  const [pressed, setPressed] = useState(false);
   return (
-    <Tooltip label={reason ?? meaning} position="bottom" openDelay={blocked ? 0 : 500}>
+    <Tooltip
+      label={reason ?? meaning}
+      position="bottom"
+      openDelay={blocked ? 0 : 500}
+      disabled={unhovered || pressed}
+    >
       <Button
         size="xs"
         {...button}
@@ -43,8 +53,16 @@ export function ControlButton({
         aria-disabled={blocked}
         aria-describedby={id}
         data-unread={unread || undefined}
+        onMouseMove={() => {
+          setUnhovered(false);
+        }}
+        onMouseLeave={() => {
+          setPressed(false);
+        }}
         onClick={() => {
-          if (!blocked && !unread) onClick();
+          if (blocked || unread) return;
+          setPressed(true);
+          onClick();
         }}
       >
         {children}

@@ -1,4 +1,4 @@
-import { Switch, TextInput, Tooltip } from "@mantine/core";
+import { SegmentedControl, Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
 import { PageStore, usePage, type Page } from "../live/page";
 import { CAUSE_TEXT, isLatched, isSwing, MODE, MODE_WORD, remedy } from "../live/modes";
@@ -10,7 +10,7 @@ import { isPaused, useWhyNot, type Control } from "./permission";
 import { SettingField } from "./SettingField";
 import { limits, SCALARS } from "./settings";
 import { TargetControl } from "./target/targetControl";
-import { TwinTimeRow } from "./time/TwinTimeRow";
+import { STEP_LENGTHS, TwinTime } from "./time/twinTime";
 
 interface Step {
   readonly control: Control;
@@ -167,6 +167,52 @@ function FollowHand() {
           ? "No gamepad: press a button on one to connect it"
           : `${gamepad}: hold A and steer with the left stick; B holds`}
       </span>
+    </div>
+  );
+}
+
+/** Pause, continue and step; nothing where the rig is hardware. */
+function TwinTimeRow() {
+  const [page, time] = [useService(PageStore), useService(TwinTime)];
+  const twin = usePage((state) => state.rig?.twin === true);
+  const paused = usePage(isPaused);
+  const step = usePage((state) => state.step);
+  const dt = usePage((state) => state.rig?.parameters.controller.dt ?? 0);
+  if (!twin) return null;
+  return (
+    <div className="row" role="group" aria-label="The twin's time">
+      <ControlButton
+        control="time"
+        variant="default"
+        testId="twin-pause"
+        meaning="The whole loop stands still between two ticks: arm, observer and controller (P)"
+        onClick={() => void time.toggle()}
+      >
+        {paused ? "Continue" : "Pause twin"}
+      </ControlButton>
+      <ControlButton
+        control="time"
+        because={paused ? null : "Pause the twin first"}
+        variant="default"
+        testId="twin-step"
+        meaning="Go on for as long, and stand still again (.)"
+        onClick={() => void time.step()}
+      >
+        Step
+      </ControlButton>
+      <SegmentedControl
+        size="xs"
+        aria-label="Length of a step"
+        data-testid="twin-step-length"
+        value={String(step)}
+        data={STEP_LENGTHS.map((ticks) => ({
+          value: String(ticks),
+          label: `${rounded(ticks * dt * 1e3)} ms`,
+        }))}
+        onChange={(value) => {
+          page.patch({ step: Number(value) });
+        }}
+      />
     </div>
   );
 }

@@ -74,6 +74,7 @@ export function PrimaryAction() {
       className="primary"
       testId={TEST_ID[primary]}
       meaning={MEANING[primary]}
+      replaces
       waits={primary !== "hold"}
       data-focus-home
       onClick={() => void act[primary]()}

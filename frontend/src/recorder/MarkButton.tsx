@@ -35,7 +35,7 @@ export function MarkButton() {
             leftSection={<IconBookmark size={14} />}
             onClick={() => void recorder.mark()}
           >
-            Mark
+            <span className="word-or-icon">Mark</span>
           </ControlButton>
         </span>
       </Popover.Target>

@@ -1,4 +1,5 @@
 import { Button, CloseButton, Loader } from "@mantine/core";
+import { useWindowEvent } from "@mantine/hooks";
 import { useCallback, useEffect, useState } from "react";
 import type { Recording } from "../api/types";
 import { PageStore, usePage } from "../live/page";
@@ -60,17 +61,11 @@ interface UndoProps {
 }
 
 function Undo({ row, recordings: { restore, forgetDeleted } }: UndoProps) {
-  useEffect(() => {
-    const hear = (event: KeyboardEvent) => {
-      if (!isUndo(event) || focusOf(document.activeElement) === "text") return;
-      event.preventDefault();
-      void restore(row);
-    };
-    window.addEventListener("keydown", hear);
-    return () => {
-      window.removeEventListener("keydown", hear);
-    };
-  }, [row, restore]);
+  useWindowEvent("keydown", (event) => {
+    if (!isUndo(event) || focusOf(document.activeElement) === "text") return;
+    event.preventDefault();
+    void restore(row);
+  });
   useEffect(() => {
     const gone = setTimeout(forgetDeleted, UNDO_MS);
     return () => {

@@ -8,9 +8,8 @@ import { ControlButton } from "../operate/ControlButton";
 import { Facts } from "../ui/Facts";
 import { timeOfDay } from "../ui/format";
 import { useService } from "../ui/services";
-import { earlierOf, lapsDone, resultFacts, STATE_WORD } from "./facts";
+import { earlierOf, errorText, lapsDone, resultFacts, STATE_WORD } from "./facts";
 import { Runs, useRuns } from "./runs";
-import { Sparkline } from "./Sparkline";
 
 /** What came of the last run, beside what was foreseen of it; and what to do with it. */
 export function ResultCard({ result }: { readonly result: RunResult }) {
@@ -136,4 +135,37 @@ function useEarlier(result: RunResult): RunResult | null {
     };
   }, [result]);
   return found;
+}
+
+const WIDTH = 160;
+const HEIGHT = 30;
+
+/** The error over a run [m], from 0 to its largest; where the tip was not seen the line is broken. */
+function Sparkline({ errors }: { readonly errors: readonly (number | null)[] }) {
+  const most = Math.max(...errors.map((error) => error ?? 0));
+  if (errors.length < 2 || most <= 0) return null;
+  return (
+    <svg
+      className="sparkline"
+      viewBox={`0 0 ${WIDTH} ${HEIGHT}`}
+      preserveAspectRatio="none"
+      role="img"
+      aria-label={`Error over the run, at most ${errorText(most)}`}
+      data-testid="run-sparkline"
+    >
+      <title>{`Error over the run: bottom 0, top ${errorText(most)}`}</title>
+      <path d={linesOf(errors, most)} />
+    </svg>
+  );
+}
+
+function linesOf(errors: readonly (number | null)[], most: number): string {
+  const step = WIDTH / (errors.length - 1);
+  const point = (error: number, i: number) =>
+    `${(i * step).toFixed(1)} ${((1 - error / most) * (HEIGHT - 2) + 1).toFixed(1)}`;
+  return errors
+    .map((error, i) =>
+      error === null ? "" : `${i > 0 && errors[i - 1] !== null ? "L" : "M"}${point(error, i)}`,
+    )
+    .join("");
 }

@@ -5,12 +5,12 @@ import type { Recording } from "../api/types";
 import { Operations } from "../operate/operations";
 import { plain } from "../ui/format";
 import { useService } from "../ui/services";
-import { useStore } from "../ui/store";
+import { Store, useStore } from "../ui/store";
 import { Ticker } from "../ui/ticker";
-import { Replay } from "./replay";
 import { Cameras } from "./Scene3D";
 import { SceneFrame } from "./SceneFrame";
 import { ViewSession } from "./viewSession";
+import { scene, type Playback, type PlaybackBody } from "./scene";
 
 const RATES = ["0.1", "0.25", "0.5", "1", "2", "5"] as const;
 const SHOWN_PER_S = 10;
@@ -112,4 +112,55 @@ function useClock(replay: Replay): readonly [number, boolean] {
     [ticker, replay],
   );
   return shown;
+}
+
+/** The recording as the server plays it, and when it said so [ms on the page's clock]. */
+interface ReplayState {
+  readonly playback: Playback | null;
+  readonly saidAt: number;
+}
+
+/** Steers the playback of one recording on one seat; the server's clock runs it. */
+export class Replay {
+  readonly store = new Store<ReplayState>({ playback: null, saidAt: 0 });
+  private asked = 0;
+
+  constructor(
+    private readonly recording: string,
+    private readonly seat: string,
+    private readonly port: Pick<typeof scene, "play"> = scene,
+    private readonly now = () => performance.now(),
+  ) {}
+
+  /** Time in the recording [s]. */
+  at(): number {
+    const { playback, saidAt } = this.store.get();
+    return playback ? timeIn(playback, (this.now() - saidAt) / 1e3) : 0;
+  }
+
+  /** Play, from the start again once the end is reached; or stand. */
+  async toggle(): Promise<void> {
+    const { playback } = this.store.get();
+    const ended = playback !== null && this.at() >= playback.duration;
+    await this.steer({ at: ended ? 0 : this.at(), playing: ended || !this.isPlaying() });
+  }
+
+  isPlaying(): boolean {
+    const { playback } = this.store.get();
+    return playback !== null && playback.playing && this.at() < playback.duration;
+  }
+
+  /** Change some of time, playing and rate; what is not given stays. An answer to an older wish is dropped. */
+  async steer(change: Partial<Omit<PlaybackBody, "recording">>): Promise<void> {
+    const rate = this.store.get().playback?.rate ?? 1;
+    const body = { recording: this.recording, at: this.at(), playing: this.isPlaying(), rate, ...change };
+    const number = ++this.asked;
+    const playback = await this.port.play(this.seat, body);
+    if (number === this.asked) this.store.patch({ playback, saidAt: this.now() });
+  }
+}
+
+/** Time in the recording [s], `since` seconds after the server said `playback`. */
+function timeIn({ at, playing, rate, duration }: Playback, since: number): number {
+  return playing ? Math.min(duration, at + since * rate) : at;
 }

@@ -2,7 +2,7 @@ import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { EMPTY_DRAWING } from "../drawing/drawing";
 import { EMPTY_PAGE } from "../live/page";
 import { FIRST_CHOICE } from "../runs/runs";
-import { Replay } from "./replay";
+import { Replay } from "./Replay3D";
 import type { Lines, Playback, SceneRole } from "./scene";
 import { sceneLines, ViewSession } from "./viewSession";
 

@@ -150,9 +150,9 @@ BY_OPERATOR: dict[str, Opener] = {
     "ui/buttons/HeaderPopover.tsx": opened("notify"),
     "recorder/MarkButton.tsx": bookmark,
     "recorder/RecordButton.tsx": profiles,
-    "operate/lease/LeaseMenu.tsx": opened("lease-menu"),
-    "drawing/importing/ImportDialog.tsx": drawing_file,
-    "drawing/tools/DrawShapes.tsx": opened("tool-shape"),
+    "operate/lease/LeaseControl.tsx": opened("lease-menu"),
+    "drawing/importing/DrawImport.tsx": drawing_file,
+    "drawing/tools/DrawToolbar.tsx": opened("tool-shape"),
     "drawing/tools/DrawText.tsx": text,
     "drawing/DrawSaved.tsx": saved,
     "drawing/library/ReferencePanel.tsx": opened("reference", tab="Run"),
@@ -162,22 +162,22 @@ BY_OPERATOR: dict[str, Opener] = {
     "plots/SignalChooser.tsx": opened("signals", tab="Plots"),
     "plots/LayoutMenu.tsx": opened("layouts", tab="Plots"),
     "recorder/detail/ExportDialog.tsx": exporting,
-    "recorder/detail/FollowAgain.tsx": opened("follow-again", review=True),
+    "recorder/detail/Detail.tsx": opened("follow-again", review=True),
     "recorder/list/DeleteButton.tsx": opened("delete-recording", review=True),
-    "recorder/list/ImportDialog.tsx": importing,
+    "recorder/list/ImportButton.tsx": importing,
     "recorder/detail/About.tsx": tags,
     "app/guide/Guide.tsx": guide,
 }
 """How to open each, by the file that lays it over the page, in a page that operates."""
-BY_OTHERS: dict[str, Opener] = {"operate/lease/TakeOver.tsx": take_over}
+BY_OTHERS: dict[str, Opener] = {"operate/lease/LeaseControl.tsx": take_over}
 """The same where another session operates."""
-LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportDialog.tsx")
-LARGE += ("drawing/importing/ImportDialog.tsx",)
+LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportButton.tsx")
+LARGE += ("drawing/importing/DrawImport.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
-KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseMenu.tsx", "drawing/library/ReferencePanel.tsx")
+KINDS = ("app/KeyHelp.tsx", "operate/lease/LeaseControl.tsx", "drawing/library/ReferencePanel.tsx")
 KINDS += ("health/Health.tsx", "ui/buttons/HeaderPopover.tsx", "recorder/MarkButton.tsx", "recorder/RecordButton.tsx")
 KINDS += (
-    "drawing/importing/ImportDialog.tsx",
+    "drawing/importing/DrawImport.tsx",
     "plots/SignalChooser.tsx",
     "recorder/detail/ExportDialog.tsx",
     "app/guide/Guide.tsx",

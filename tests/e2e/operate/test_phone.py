@@ -7,12 +7,29 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from controller.schema.modes import Mode
 from tests.e2e.edge import REACHED, ask, press, troubles
-from tests.e2e.product import Product, frame, remember, shot, wait_until
+from tests.e2e.product import Product, frame, open_page, remember, shot, wait_until
 from tests.e2e.reviewing import coloured
 
 SIZES = [(390, 844), (320, 568), (844, 390)]
 NEEDED = ["stop-hold", "record", "plan"]
 """Beside state and E-STOP, which `troubles` looks at, and what leads on."""
+WIDTHS = (360, 390, 430)
+CUT_WORDS = """() => {
+  const header = document.querySelector(".header");
+  const edge = header.querySelector(".primary").getBoundingClientRect().left;
+  const words = document.createTreeWalker(header, NodeFilter.SHOW_TEXT);
+  const cut = [];
+  while (words.nextNode()) {
+    const { data, parentElement } = words.currentNode;
+    const range = document.createRange();
+    range.selectNode(words.currentNode);
+    const { left, right } = range.getBoundingClientRect();
+    const shown = parentElement.closest("button") && getComputedStyle(parentElement).position !== "absolute";
+    if (shown && left < edge && edge < right && right - left > 1) cut.push(data);
+  }
+  return cut;
+}"""
+"""Words of the header's buttons that end under what leads on."""
 
 
 @pytest.fixture
@@ -44,6 +61,17 @@ def out_of_reach(page: Page, *test_ids: str) -> list[str]:
     return found
 
 
+def cut_words(page: Page) -> list[str]:
+    """What the header cuts at the widths of common phones."""
+    found = []
+    for width in WIDTHS:
+        page.set_viewport_size({"width": width, "height": 844})
+        page.wait_for_timeout(150)
+        found += [f"{width}: {word} is cut" for word in page.evaluate(CUT_WORDS)]
+    page.set_viewport_size({"width": 390, "height": 844})
+    return found
+
+
 def drag(page: Page, dx: float, dy: float) -> None:
     """A finger on the target, led away by so much."""
     x, y = page.evaluate("window.__tendril.handle()")
@@ -71,6 +99,8 @@ def test_a_phone_alone_can_watch_stop_hold_and_record(phone: Page, product: Prod
 
     amiss = out_of_reach(phone, *NEEDED, "lease-take")
     phone.get_by_test_id("lease-take").tap()
+    expect(phone.get_by_test_id("lease-release")).to_be_visible()
+    amiss += cut_words(phone)
     phone.get_by_test_id("primary-arm").tap()
     expect(state).to_contain_text("HOLD")
     phone.get_by_test_id("record").tap()
@@ -81,7 +111,7 @@ def test_a_phone_alone_can_watch_stop_hold_and_record(phone: Page, product: Prod
     drag(phone, -20, -40)
     wait_until(lambda: frame(phone)["p_meas"][1] > 0.02, 10.0)
     assert picture(plan) != before, "the plan moves"
-    amiss += out_of_reach(phone, *NEEDED, "mark-button")
+    amiss += out_of_reach(phone, *NEEDED, "mark-button") + cut_words(phone)
     phone.get_by_test_id("stop-hold").tap()
     expect(state).to_contain_text("HOLD")
 
@@ -107,3 +137,19 @@ def test_a_phone_alone_can_watch_stop_hold_and_record(phone: Page, product: Prod
     phone.get_by_test_id("primary-arm").tap()
     wait_until(lambda: product.mode() == Mode.HOLD, 10.0)
     assert not amiss, "\n".join(amiss)
+
+
+def test_a_press_leaves_nothing_said_over_the_page(browser: Browser, product: Product) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844})
+    page = open_page(context, product)
+    page.get_by_test_id("lease-take").click()
+    expect(page.get_by_test_id("primary-arm")).to_be_visible()
+    page.wait_for_timeout(1500)
+    expect(page.get_by_role("tooltip")).to_have_count(0)
+    box = page.get_by_test_id("primary-arm").bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 20, box["y"] + 10)
+    page.mouse.move(box["x"] + 30, box["y"] + 10)
+    expect(page.get_by_role("tooltip")).to_contain_text("from VENTED to HOLD")
+    ask(page, "DELETE", "/api/lease")
+    context.close()

@@ -9,8 +9,7 @@ import { useService } from "../../ui/services";
 import { Drawing, sketchOf, useDrawing } from "../drawing";
 import { pieceOf } from "../piece";
 import { storedOf, strokeOf } from "../pieces/stored";
-import { PathPicture } from "./PathPicture";
-import { nameOf, sizeOf } from "./proposal";
+import { boxOf, nameOf, sizeOf } from "./proposal";
 
 /** A path that may be imported. */
 export interface Found {
@@ -59,7 +58,7 @@ export function ImportFrame({ file, found, question, problem, children, onClose 
   };
   return (
     <form
-      className="importing"
+      className="column importing"
       data-testid="import-drawing"
       onSubmit={(event) => {
         event.preventDefault();
@@ -191,4 +190,36 @@ async function reachOf({ strokes, times }: Found, timed: boolean): Promise<strin
   } catch (error) {
     return `Cannot be followed so: ${textOf(error)}`;
   }
+}
+
+interface PictureProps {
+  readonly strokes: readonly (readonly Point[])[];
+}
+
+/** The strokes to scale, as large as they go; a dot is where the path begins, thin lines are the ways between strokes. */
+function PathPicture({ strokes }: PictureProps) {
+  const { left, right, bottom, top } = boxOf(strokes);
+  const size = Math.max(right - left, top - bottom);
+  const margin = size * 0.06;
+  const [width, height] = [right - left + 2 * margin, top - bottom + 2 * margin];
+  const pixel = ([x, y]: Point) => `${(x - left + margin) / size},${(top - y + margin) / size}`;
+  const ways = strokes.slice(1).map((stroke, i) => [strokes[i].at(-1) ?? stroke[0], stroke[0]]);
+  const [x, y] = pixel(strokes[0][0]).split(",");
+  return (
+    <svg
+      className="import-picture"
+      data-testid="import-picture"
+      viewBox={`0 0 ${width / size} ${height / size}`}
+      role="img"
+      aria-label="The path; the dot is where it begins"
+    >
+      {ways.map((way, i) => (
+        <polyline key={i} className="import-way" points={way.map(pixel).join(" ")} />
+      ))}
+      {strokes.map((stroke, i) => (
+        <polyline key={i} className="import-stroke" points={stroke.map(pixel).join(" ")} />
+      ))}
+      <circle className="import-start" cx={x} cy={y} r={0.014} />
+    </svg>
+  );
 }

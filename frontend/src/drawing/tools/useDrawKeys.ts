@@ -1,4 +1,4 @@
-import { useEffect } from "react";
+import { useWindowEvent } from "@mantine/hooks";
 import { usePage } from "../../live/page";
 import { focusOf, type Focus } from "../../operate/target/keys";
 import { useService } from "../../ui/services";
@@ -8,16 +8,10 @@ import { Drawing } from "../drawing";
 export function useDrawKeys(): void {
   const drawing = useService(Drawing);
   const shown = usePage((page) => page.view === "live");
-  useEffect(() => {
-    if (!shown) return undefined;
-    const hear = (event: KeyboardEvent) => {
-      if (press(event, drawing)) event.preventDefault();
-    };
-    window.addEventListener("keydown", hear, { capture: true });
-    return () => {
-      window.removeEventListener("keydown", hear, { capture: true });
-    };
-  }, [drawing, shown]);
+  const hear = (event: KeyboardEvent) => {
+    if (shown && press(event, drawing)) event.preventDefault();
+  };
+  useWindowEvent("keydown", hear, { capture: true });
 }
 
 /** True if the key was the drawing's alone. */

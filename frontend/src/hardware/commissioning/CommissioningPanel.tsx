@@ -31,7 +31,7 @@ export function CommissioningPanel() {
   const done = state.steps.filter(({ accepted }) => accepted).length;
   const open = chosen?.done === done ? chosen.step : nextStep(state);
   return (
-    <div className="commissioning" data-testid="commissioning">
+    <div className="column" data-testid="commissioning">
       <div className="row">
         <span className="note">
           {done} of {state.steps.length} steps accepted

@@ -30,14 +30,14 @@ export function FrameStep({ captured }: { readonly captured: readonly Captured[]
   const names = camera ? namesOf(camera.values) : [];
   const point = chosen ?? usualPoint(names, labels);
   return (
-    <div className="frame-step" data-testid="frame-step">
+    <div className="column" data-testid="frame-step">
       <Points camera={camera} names={names} point={point} choose={setChosen} />
       {problem === "" ? null : (
         <p className="note" role="alert" data-grade="bad">
           {problem}
         </p>
       )}
-      <ol className="captures">
+      <ol className="column captures">
         {PLACES.map(({ place, title, how }) => (
           <Capture
             key={place}

@@ -1,3 +1,4 @@
+import { useEffect, type KeyboardEvent, type PointerEvent } from "react";
 import type { components } from "../../api/schema";
 import { usePage } from "../../live/page";
 import { ControlButton } from "../../operate/ControlButton";
@@ -6,7 +7,6 @@ import { kilopascals, plain } from "../../ui/format";
 import { useService } from "../../ui/services";
 import { useStore } from "../../ui/store";
 import { Commissioning } from "./commissioning";
-import { JogButton } from "./JogButton";
 import { answered, CHAMBERS, type Chamber, type Jogged } from "./steps";
 
 type JogView = components["schemas"]["JogView"];
@@ -22,7 +22,7 @@ export function JogStep({ jog }: { readonly jog: JogView | null }) {
   const max = usePage((page) => page.rig?.parameters.hardware?.valves.pressure_max ?? NaN);
   if (!clear)
     return (
-      <div className="jog-clear" role="group" aria-label="Before the first chamber is filled">
+      <div className="column jog-clear" role="group" aria-label="Before the first chamber is filled">
         <p>
           No one reaches into the arm, and the supply can be shut by hand. A chamber fills while its button is
           held, to at most {kilopascals(Math.min(FULL, max))}, and empties when it is let go.
@@ -40,7 +40,7 @@ export function JogStep({ jog }: { readonly jog: JogView | null }) {
       </div>
     );
   return (
-    <div className="jog" data-testid="jog">
+    <div className="column" data-testid="jog">
       <p className="note">
         Hold a button for a second (Space by keys), look at the arm, and say which chamber filled.
       </p>
@@ -117,5 +117,75 @@ function Filled({ commanded, filled, jogged }: FilledProps) {
         </button>
       ))}
     </span>
+  );
+}
+
+/** A button that fills a chamber while it is held, by pointer, finger or Space; whatever ends the hold lets go. */
+function JogButton({ chamber }: { readonly chamber: Chamber }) {
+  const { jog, store } = useService(Commissioning);
+  const held = useStore(store, (seen) => seen.held === chamber);
+  const reason = useWhyNot("settings");
+  const release = () => {
+    jog.release(chamber);
+  };
+  useEffect(() => {
+    if (reason !== null) jog.release(chamber);
+    return () => {
+      jog.release(chamber);
+    };
+  }, [jog, chamber, reason]);
+  useEffect(() => {
+    if (!held) return;
+    const letGo = () => {
+      jog.release();
+    };
+    window.addEventListener("blur", letGo);
+    window.addEventListener("pagehide", letGo);
+    document.addEventListener("visibilitychange", letGo);
+    return () => {
+      window.removeEventListener("blur", letGo);
+      window.removeEventListener("pagehide", letGo);
+      document.removeEventListener("visibilitychange", letGo);
+    };
+  }, [jog, held]);
+  const press = () => {
+    if (reason === null) jog.press(chamber);
+  };
+  const down = (event: PointerEvent<HTMLButtonElement>) => {
+    if (event.button !== 0 || !event.isPrimary) return;
+    // A finger is captured by what it touched first: it would then never be seen to leave
+    if (event.currentTarget.hasPointerCapture(event.pointerId))
+      event.currentTarget.releasePointerCapture(event.pointerId);
+    press();
+  };
+  const key = (event: KeyboardEvent<HTMLButtonElement>) => {
+    if (event.key !== " ") return;
+    event.preventDefault();
+    if (!event.repeat) press();
+  };
+  return (
+    <button
+      type="button"
+      className="jog-button"
+      aria-label={`Hold to fill ${chamber}`}
+      aria-pressed={held}
+      aria-disabled={reason !== null}
+      title={reason ?? `Fills ${chamber} while it is held`}
+      data-testid={`jog-${chamber}`}
+      onPointerDown={down}
+      onPointerUp={release}
+      onPointerCancel={release}
+      onPointerLeave={release}
+      onKeyDown={key}
+      onKeyUp={(event) => {
+        if (event.key === " ") release();
+      }}
+      onBlur={release}
+      onContextMenu={(event) => {
+        event.preventDefault();
+      }}
+    >
+      {held ? "Filling" : "Fill"} {chamber}
+    </button>
   );
 }

@@ -41,7 +41,7 @@ export function StepCard({ step, state, open, refusal, toggle }: Props) {
           </span>
         </button>
       </h3>
-      <div id={id} className="step-body" hidden={!open}>
+      <div id={id} className="column step-body" hidden={!open}>
         {open ? <StepBody step={step} state={state} refusal={refusal} /> : null}
       </div>
     </li>

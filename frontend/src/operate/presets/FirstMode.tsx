@@ -6,10 +6,20 @@ import { Operations } from "../operations";
 import { useWhyNot } from "../permission";
 import { MODE } from "../../live/modes";
 import { Facts } from "../../ui/Facts";
-import { millimetres } from "../../ui/format";
+import { millimetres, plain } from "../../ui/format";
 import { useService } from "../../ui/services";
-import { firstMode, modeFacts, progressText, REPEATS, TRAVEL, type FirstModeInForce } from "./firstMode";
-import { ObserverKappa } from "./ObserverKappa";
+import {
+  firstMode,
+  kappaToOffer,
+  modeFacts,
+  progressText,
+  REPEATS,
+  TRAVEL,
+  type FirstModeInForce,
+} from "./firstMode";
+import { AskActuator } from "./AskActuator";
+import { presets } from "./presets";
+import { useWhyNoRestart } from "./useWhyNoRestart";
 
 /** Damping ratio and kappa, on which the loop's margins rest: measured or assumed, and measured by a button. */
 export function FirstMode() {
@@ -78,6 +88,42 @@ function Measure() {
     >
       Measure
     </ControlButton>
+  );
+}
+
+/** Lets the observer's body move as fast as the arm was measured to, or by its table again; asks first. */
+function ObserverKappa({ known }: { readonly known: FirstModeInForce }) {
+  const operations = useService(Operations);
+  const because = useWhyNoRestart();
+  const [asked, setAsked] = useState(false);
+  const kappa = kappaToOffer(known);
+  if (kappa === null) return null;
+  const word = kappa === 1 ? "the table's inertia" : `κ ${plain(kappa, 1)}`;
+  return (
+    <div className="row">
+      <ControlButton
+        control="settings"
+        because={because}
+        variant="default"
+        testId="observer-kappa"
+        meaning={`Start the rig again with ${word} in its observer`}
+        onClick={() => {
+          setAsked(true);
+        }}
+      >
+        {kappa === 1 ? "Table's κ in the observer" : "Measured κ in the observer"}
+      </ControlButton>
+      <AskActuator
+        wanted={asked ? `${word} in its observer` : null}
+        onClose={() => {
+          setAsked(false);
+        }}
+        onYes={() => {
+          setAsked(false);
+          void operations.attempt("Observer not changed", () => presets.observerKappa(kappa));
+        }}
+      />
+    </div>
   );
 }
 

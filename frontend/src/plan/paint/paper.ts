@@ -2,8 +2,8 @@ import type { Point } from "../../api/types";
 import { FONT } from "../../ui/colours";
 import { toPlane } from "../transform";
 import { resize, segment, type Sheet } from "./canvas";
-import { gridFor, lengthLabel, ticks } from "./grid";
 import { hull, type Quad } from "./reach";
+import { niceStep } from "../../plots/chart/axes";
 
 /** What lies under the moving parts: grid, reach, base and scale bar. Painted only when the view changes. */
 export function paintPaper(sheet: Sheet, reach: Reach | null, ratio: number): void {
@@ -163,4 +163,31 @@ function paintScaleBar({ g, view, size, ink }: Sheet, length: number): void {
   segment(g, [right, y - 4], [right, y + 4]);
   g.textAlign = "center";
   g.fillText(lengthLabel(length), (left + right) / 2, y - 7);
+}
+
+/** Distances of grid lines and length of the scale bar [m] that read well at `scale` pixels per metre. */
+interface Grid {
+  readonly minor: number;
+  readonly major: number;
+  readonly bar: number;
+}
+
+const MINOR_PX = 9;
+const MAJOR_PX = 60;
+const BAR_PX = 70;
+
+export function gridFor(scale: number): Grid {
+  const major = niceStep(MAJOR_PX / scale);
+  return { minor: Math.max(niceStep(MINOR_PX / scale), major / 10), major, bar: niceStep(BAR_PX / scale) };
+}
+
+/** Multiples of `step` in [from, to]. */
+export function ticks(from: number, to: number, step: number): number[] {
+  const first = Math.ceil(from / step);
+  return Array.from({ length: Math.max(0, Math.floor(to / step) - first + 1) }, (_, i) => (first + i) * step);
+}
+
+/** A length as a label: 50 mm, 0.5 mm. */
+export function lengthLabel(metres: number): string {
+  return `${Number((metres * 1e3).toPrecision(3))} mm`;
 }

@@ -1,6 +1,7 @@
-import { Button, SegmentedControl } from "@mantine/core";
-import { IconArrowLeft } from "@tabler/icons-react";
-import { useEffect, useState } from "react";
+import { Button, Loader, Menu, SegmentedControl, useComputedColorScheme } from "@mantine/core";
+import { useWindowEvent } from "@mantine/hooks";
+import { IconArrowLeft, IconRoute } from "@tabler/icons-react";
+import { useEffect, useRef, useState } from "react";
 import type { Recording } from "../../api/types";
 import { useWhyNot } from "../../operate/permission";
 import { Replay3D } from "../../scene/Replay3D";
@@ -14,8 +15,11 @@ import { useActive, type Recordings } from "../useRecordings";
 import { About } from "./About";
 import { ExportButton } from "./ExportDialog";
 import { Figures } from "./Figures";
-import { FollowAgain } from "./FollowAgain";
-import { Signals } from "./Signals";
+import { Drawing } from "../../drawing/drawing";
+import { PageStore } from "../../live/page";
+import { Operations } from "../../operate/operations";
+import { useService } from "../../ui/services";
+import { recordings, recordingUrl, viewerUrl } from "../recordings";
 
 /** After the quick look stands: leafing through recordings starts none, and its first cursor does not wait [ms]. */
 const CALM_MS = 500;
@@ -164,4 +168,128 @@ function useWarm(drawn: boolean, shown: boolean): boolean {
     };
   }, [drawn, shown]);
   return warm || shown;
+}
+
+const PATHS = [
+  ["p_ref", "The reference", "What the tip was asked to do"],
+  ["p_meas", "The measured tip", "What it did, with the camera's noise"],
+] as const;
+type What = (typeof PATHS)[number][0];
+/** Takes the camera's noise out of a measured path [m]. */
+const SMOOTHING = { p_ref: 0, p_meas: 0.001 };
+
+/** Puts a recorded path into the Run tab as a drawing, with its own timing. */
+function FollowAgain({ recording }: { readonly recording: Recording }) {
+  const drawing = useService(Drawing);
+  const operations = useService(Operations);
+  const page = useService(PageStore);
+  const [busy, setBusy] = useState(false);
+  const follow = async (what: What) => {
+    setBusy(true);
+    await operations.attempt("Path not taken", async () => {
+      const { name, points, times } = await recordings.path(recording.id, what);
+      drawing.load({
+        name,
+        points,
+        times,
+        pieces: null,
+        closed: false,
+        smoothing: SMOOTHING[what],
+        timing: { kind: "given" },
+        outside: "project",
+      });
+      drawing.chooseSource("drawing");
+      page.patch({ view: "live" });
+    });
+    setBusy(false);
+  };
+  return (
+    <Menu position="bottom-end" shadow="md">
+      <Menu.Target>
+        <Button
+          size="compact-sm"
+          variant="default"
+          loading={busy}
+          leftSection={<IconRoute size={14} />}
+          title="Take a recorded path into the Run tab"
+          data-testid="follow-again"
+        >
+          Follow again
+        </Button>
+      </Menu.Target>
+      <Menu.Dropdown aria-label="Follow again">
+        {PATHS.map(([what, label, meaning]) => (
+          <Menu.Item
+            key={what}
+            disabled={recording.imported && what === "p_ref"}
+            data-testid={`follow-${what}`}
+            onClick={() => void follow(what)}
+          >
+            {label}
+            <span className="note profile-meaning">{meaning}</span>
+          </Menu.Item>
+        ))}
+      </Menu.Dropdown>
+    </Menu>
+  );
+}
+
+interface SignalsProps {
+  readonly id: string;
+  /** It is started hidden before: a viewer takes seconds to start. */
+  readonly shown: boolean;
+  /** Where its cursor is put first: the run's begin [s]; null while that is not known. */
+  readonly start: number | null;
+}
+
+/** The recording in rerun's own viewer. */
+function Signals(props: SignalsProps) {
+  const scheme = useComputedColorScheme("dark", { getInitialValueInEffect: false });
+  return <Viewer key={scheme} scheme={scheme} {...props} />;
+}
+
+interface ViewerProps extends SignalsProps {
+  readonly scheme: "dark" | "light";
+}
+
+function Viewer({ id, shown, start, scheme }: ViewerProps) {
+  const { origin } = window.location;
+  const url = origin + recordingUrl(id, `/shown.rrd?theme=${scheme}`);
+  const frame = useRef<HTMLIFrameElement>(null);
+  const opened = useRef(shown);
+  const [ready, setReady] = useState(false);
+  const [source] = useState(() => viewerUrl(shown ? url : null, scheme, wishedRenderer()));
+  useWindowEvent("message", ({ source, data }: MessageEvent<unknown>) => {
+    if (source === frame.current?.contentWindow && data === "READY") setReady(true);
+  });
+  useEffect(() => {
+    if (!ready || !shown || opened.current) return;
+    opened.current = true;
+    frame.current?.contentWindow?.postMessage({ tendril: "open", url }, origin);
+  }, [origin, url, ready, shown]);
+  useEffect(() => {
+    if (ready && shown && start !== null)
+      frame.current?.contentWindow?.postMessage({ tendril: "seek", seconds: start }, origin);
+  }, [origin, ready, shown, start]);
+  return (
+    <>
+      {ready || !shown ? null : (
+        <Loader className="viewer-loading" size="xs" m="xs" data-testid="viewer-loading" />
+      )}
+      <iframe
+        ref={frame}
+        className="viewer-frame"
+        title="Recording in rerun"
+        data-testid="viewer"
+        data-ready={ready}
+        data-shown={shown}
+        inert={!shown}
+        src={source}
+      />
+    </>
+  );
+}
+
+function wishedRenderer(): string | null {
+  return new URLSearchParams(window.location.search).get("rerun_renderer");
 }

@@ -122,7 +122,7 @@ function Making({ since, onCancel }: MakingProps) {
     };
   }, []);
   return (
-    <div className="export-making" role="status" data-testid="export-making">
+    <div className="column export-making" role="status" data-testid="export-making">
       <Progress value={100} animated size="sm" aria-label="The file is being made" />
       <div className="row">
         <span>

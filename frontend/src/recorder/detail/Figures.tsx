@@ -1,9 +1,8 @@
-import { Loader, Table } from "@mantine/core";
+import { Loader, Table, Tooltip } from "@mantine/core";
 import { useEffect, useState } from "react";
-import type { Measured } from "../../api/types";
-import { textOf } from "../../ui/format";
+import type { Measured, Metrics } from "../../api/types";
+import { DASH, plain, textOf } from "../../ui/format";
 import { recordings } from "../recordings";
-import { FigureCells, FigureHeads } from "./FigureHeads";
 
 interface State {
   readonly measured: Measured | null;
@@ -62,4 +61,114 @@ function Shown({ measured: { whole, cycles } }: { readonly measured: Measured })
       </p>
     </div>
   );
+}
+
+/** One figure of a recording: its title, its unit ("" without any), and its number in that unit. */
+interface Figure {
+  readonly title: string;
+  readonly unit: string;
+  readonly meaning: string;
+  readonly show: (metrics: Metrics) => string;
+}
+
+const mm = (of: (metrics: Metrics) => number | null) => scaled(of, 1e3, 2);
+const percent = (of: (metrics: Metrics) => number | null, digits: number) => scaled(of, 100, digits);
+const degrees = (of: (metrics: Metrics) => number | null) => scaled(of, 1, 1);
+
+/** Everything that is measured of a recording. */
+const FIGURES: readonly Figure[] = [
+  { title: "RMSE", unit: "mm", meaning: "Root mean square of the error", show: mm(({ rmse }) => rmse) },
+  { title: "Max error", unit: "mm", meaning: "Largest error", show: mm(({ max_error }) => max_error) },
+  { title: "SSE", unit: "mm", meaning: "Mean error over the last tenth", show: mm(({ sse }) => sse) },
+  {
+    title: "ISE",
+    unit: "mm² s",
+    meaning: "Squared error summed over time",
+    show: ({ ise }) => three(ise, 1e6),
+  },
+  {
+    title: "Lag x",
+    unit: "°",
+    meaning: "Phase behind the reference",
+    show: degrees(({ lag_deg_x }) => lag_deg_x),
+  },
+  {
+    title: "Lag y",
+    unit: "°",
+    meaning: "Phase behind the reference",
+    show: degrees(({ lag_deg_y }) => lag_deg_y),
+  },
+  {
+    title: "Saturated",
+    unit: "%",
+    meaning: "Share of the ticks whose command was clamped",
+    show: percent(({ saturated_share }) => saturated_share, 1),
+  },
+  {
+    title: "Residual",
+    unit: "mm",
+    meaning: "RMS distance of the observer from what was measured",
+    show: mm(({ residual_rms }) => residual_rms),
+  },
+  {
+    title: "Unsensed",
+    unit: "mm",
+    meaning: "RMS distance of the observer from the twin at rods that were not sensed",
+    show: mm(({ unsensed_rms }) => unsensed_rms),
+  },
+  {
+    title: "Feedback",
+    unit: "%",
+    meaning: "Share of the feedback in the command",
+    show: percent(({ feedback_share }) => feedback_share, 1),
+  },
+  {
+    title: "Lost",
+    unit: "ticks",
+    meaning: "Slots of the time grid without a tick",
+    show: ({ lost }) => plain(lost, 0),
+  },
+  {
+    title: "On time",
+    unit: "%",
+    meaning: "Share of the slots that had their tick",
+    show: percent(({ on_time_share }) => on_time_share, 2),
+  },
+];
+
+function scaled(of: (metrics: Metrics) => number | null, scale: number, digits: number) {
+  return (metrics: Metrics) => {
+    const value = of(metrics);
+    return plain(value === null ? null : value * scale, digits);
+  };
+}
+
+/** Three digits that count, for what ranges over decades. */
+function three(value: number | null, scale: number): string {
+  if (value === null) return DASH;
+  const scaledValue = value * scale;
+  const size = Math.floor(Math.log10(Math.abs(scaledValue) || 1));
+  return plain(scaledValue, Math.min(6, Math.max(0, 2 - size)));
+}
+
+/** Titles of all figures, each with its unit below. */
+export function FigureHeads() {
+  return FIGURES.map(({ title, unit, meaning }) => (
+    <Table.Th key={title} className="right">
+      <Tooltip label={meaning}>
+        <span>
+          {title} <span className="unit figure-unit">{unit}</span>
+        </span>
+      </Tooltip>
+    </Table.Th>
+  ));
+}
+
+/** The numbers below them; dashes before they were taken. */
+export function FigureCells({ metrics }: { readonly metrics: Metrics | null }) {
+  return FIGURES.map(({ title, show }) => (
+    <Table.Td key={title} className="number right">
+      {metrics ? show(metrics) : DASH}
+    </Table.Td>
+  ));
 }

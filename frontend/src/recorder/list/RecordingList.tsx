@@ -1,5 +1,6 @@
 import { ActionIcon, Button, Chip, Popover, TextInput, Tooltip } from "@mantine/core";
-import { IconRefresh } from "@tabler/icons-react";
+import { IconArrowDown, IconArrowUp, IconRefresh } from "@tabler/icons-react";
+import type { KeyboardEvent } from "react";
 import { PageStore } from "../../live/page";
 import { useWhyNot } from "../../operate/permission";
 import { useService } from "../../ui/services";
@@ -8,8 +9,8 @@ import type { Listed } from "../recordings";
 import { useActive, type Recordings, type Search } from "../useRecordings";
 import { ImportButton } from "./ImportButton";
 import { RecordingRow } from "./RecordingRow";
-import { Titles } from "./Titles";
-import { useRowKeys } from "./useRowKeys";
+import { useTabStop } from "../../ui/buttons/tabStop";
+import { nextOrder, type Column, type Order } from "./listing";
 
 /** Rows shown at once: thousands of recordings stay fluid. */
 export const SHELF = 50;
@@ -179,4 +180,104 @@ function DeletedSwitch({ recordings, search, onSearch }: Pick<Props, "recordings
 function countOf({ rows, found, inAll }: Listed): string {
   const shown = rows.length < found ? `${rows.length} of ` : "";
   return found === inAll ? `${shown}${inAll} in all` : `${shown}${found} found, ${inAll} in all`;
+}
+
+const CONTROLS = "a, button, input";
+const STEPS: Partial<Record<string, "previousElementSibling" | "nextElementSibling">> = {
+  ArrowUp: "previousElementSibling",
+  ArrowDown: "nextElementSibling",
+};
+
+/** For the body of a table: up and down go along its column, and Tab stops in one row only, the last that was used. */
+function useRowKeys() {
+  const stop = useTabStop(
+    (body: HTMLTableSectionElement) => [...body.rows],
+    (row) => row.querySelectorAll<HTMLElement>(CONTROLS),
+  );
+  return {
+    ...stop,
+    onKeyDown: (event: KeyboardEvent) => {
+      const step = STEPS[event.key];
+      const cell = event.target instanceof Element ? event.target.closest("td") : null;
+      if (!step || !cell) return;
+      event.preventDefault();
+      cell.parentElement?.[step]?.children
+        .item(cell.cellIndex)
+        ?.querySelector<HTMLElement>(CONTROLS)
+        ?.focus();
+    },
+  };
+}
+
+/** Columns, titles and units; the classes say where a narrow page leaves one out. */
+const COLUMNS: readonly (readonly [Column, string, string])[] = [
+  ["starred", "★", ""],
+  ["name", "Name", ""],
+  ["started", "When", ""],
+  ["actuator", "Actuator", ""],
+  ["reference", "Reference", ""],
+  ["seconds", "Duration", "min:s"],
+  ["gaps", "Gaps", "ticks"],
+  ["rmse", "RMSE", "mm"],
+  ["on_time_share", "On time", "%"],
+  ["bytes", "Size", "MB"],
+];
+const NUMBERS = new Set<Column>(["seconds", "rmse", "on_time_share", "gaps", "bytes"]);
+const SPOKEN: Partial<Record<Column, string>> = { starred: "Star" };
+
+interface TitlesProps {
+  readonly order: Order;
+  readonly onOrder: (order: Order) => void;
+}
+
+/** Titles of the list's columns: a click sorts, another one turns the order round. */
+function Titles({ order, onOrder }: TitlesProps) {
+  return (
+    <thead>
+      <tr>
+        <th className="list-tick">
+          <span className="sr-only">Compare</span>
+        </th>
+        <th className="list-path">
+          <span className="sr-only">Path</span>
+        </th>
+        {COLUMNS.map(([column, title, unit]) => (
+          <Title key={column} column={column} title={title} unit={unit} order={order} onOrder={onOrder} />
+        ))}
+        <th className="list-actions">
+          <span className="sr-only">Actions</span>
+        </th>
+      </tr>
+    </thead>
+  );
+}
+
+interface TitleProps extends TitlesProps {
+  readonly column: Column;
+  readonly title: string;
+  readonly unit: string;
+}
+
+function Title({ column, title, unit, order, onOrder }: TitleProps) {
+  const chosen = order.column === column;
+  const Arrow = order.falling ? IconArrowDown : IconArrowUp;
+  return (
+    <th
+      className={`list-${column}${NUMBERS.has(column) ? " right" : ""}`}
+      aria-sort={chosen ? (order.falling ? "descending" : "ascending") : "none"}
+    >
+      <button
+        type="button"
+        className="link"
+        aria-label={SPOKEN[column]}
+        data-testid={`sort-${column}`}
+        onClick={() => {
+          onOrder(nextOrder(order, column));
+        }}
+      >
+        {title} {unit === "" ? null : <span className="unit">{unit}</span>}
+        {chosen ? <Arrow size={12} aria-hidden /> : null}
+      </button>
+    </th>
+  );
 }

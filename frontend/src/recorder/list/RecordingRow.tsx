@@ -10,7 +10,6 @@ import type { Recordings } from "../useRecordings";
 import { Badges } from "./Badges";
 import { DeleteButton } from "./DeleteButton";
 import { marksOf, whenText } from "./listing";
-import { Thumbnail } from "./Thumbnail";
 
 interface Props extends Pick<Recordings, "change" | "remove" | "restore"> {
   readonly row: Recording;
@@ -175,5 +174,14 @@ export function Star({ row, reason, change }: Pick<Props, "row" | "reason" | "ch
     >
       <Icon size={15} />
     </button>
+  );
+}
+
+/** The recording's path, small; nothing where there is none. Its data are the server's, in a box of 100 x 100. */
+function Thumbnail({ path }: { readonly path: string | null }) {
+  return (
+    <svg className="review-thumbnail" viewBox="-6 -6 112 112" width={44} height={26} aria-hidden>
+      {path ? <path d={path} vectorEffect="non-scaling-stroke" /> : null}
+    </svg>
   );
 }

@@ -1,13 +1,19 @@
 import { ActionIcon, Button } from "@mantine/core";
-import { IconPencil, IconPlayerPlayFilled, IconPlus, IconTrash } from "@tabler/icons-react";
-import { useState } from "react";
+import {
+  IconPencil,
+  IconPlayerPlayFilled,
+  IconPlayerStopFilled,
+  IconPlaylist,
+  IconPlus,
+} from "@tabler/icons-react";
 import { usePage } from "../../live/page";
 import { ControlButton } from "../../operate/ControlButton";
+import { DeleteIcon } from "../../operate/DeleteIcon";
 import { useWhyNot } from "../../operate/permission";
 import { useService } from "../../ui/services";
 import { useStore } from "../../ui/store";
 import { MacroEditor } from "./MacroEditor";
-import { endText, Macros } from "./macros";
+import { endText, Macros, stepText } from "./macros";
 
 /** My macros: run by one button, written and deleted; how the last one ended. */
 export function MacroPanel() {
@@ -86,36 +92,40 @@ function List() {
           >
             <IconPencil size={16} />
           </ActionIcon>
-          <Delete name={macro.name} />
+          <DeleteIcon
+            control="edit"
+            name={macro.name}
+            testId="macro-delete"
+            onDelete={() => void macros.remove(macro.name)}
+          />
         </li>
       ))}
     </ul>
   );
 }
 
-/** Asks once more before it deletes. */
-function Delete({ name }: { readonly name: string }) {
+/** To everyone: the macro that runs, its step, and the way to stop it. */
+export function MacroBar() {
   const macros = useService(Macros);
-  const [sure, setSure] = useState(false);
-  const reason = useWhyNot("edit");
-  const label = sure ? `Really delete ${name}?` : `Delete ${name}`;
+  const macro = usePage((page) => page.macro);
+  if (macro?.state !== "running") return null;
   return (
-    <ActionIcon
-      variant={sure ? "filled" : "subtle"}
-      color={sure ? "red" : "gray"}
-      disabled={reason !== null}
-      aria-label={label}
-      title={reason ?? label}
-      data-testid="macro-delete"
-      onBlur={() => {
-        setSure(false);
-      }}
-      onClick={() => {
-        if (sure) void macros.remove(name);
-        setSure(!sure);
-      }}
-    >
-      <IconTrash size={16} />
-    </ActionIcon>
+    <div className="over-page macro-bar" role="status" data-testid="macro-bar">
+      <IconPlaylist size={18} aria-hidden />
+      <span>
+        Macro {macro.name}: {stepText(macro)}
+      </span>
+      <ControlButton
+        control="settings"
+        size="compact-sm"
+        variant="default"
+        testId="macro-stop"
+        meaning="End the macro, and hold what it has set in motion; any stop does so too"
+        leftSection={<IconPlayerStopFilled size={14} />}
+        onClick={() => void macros.stop()}
+      >
+        Stop
+      </ControlButton>
+    </div>
   );
 }

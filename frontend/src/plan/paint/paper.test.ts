@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { gridFor, lengthLabel, ticks } from "./grid";
+import { gridFor, lengthLabel, ticks } from "./paper";
 
 test("grid lines stand on round numbers at any zoom", () => {
   for (const scale of [120, 850, 9000, 90_000]) {

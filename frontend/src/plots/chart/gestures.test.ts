@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { dragged } from "./touches";
+import { dragged } from "./gestures";
 import { SPAN_MAX_S, SPAN_MIN_S } from "./view";
 
 const TEN = { from: 100, to: 110 };

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { cardPlace } from "./guidePlace";
+import { cardPlace } from "./Guide";
 
 const box = (left: number, top: number, width: number, height: number) => ({ left, top, width, height });
 const card = box(0, 0, 300, 150);

@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import type { Point } from "../../api/types";
 import { Seeded } from "../../ui/seeded";
-import { PadHand, readingOf, stickSpeed, type Grip, type Reading } from "./gamepad";
+import { PadHand, readingOf, stickSpeed, type Grip, type Reading } from "./gamepads";
 
 class Hand implements Grip {
   readonly calls: string[] = [];
