@@ -206,9 +206,7 @@ function RigPanel() {
         data-testid="rig-section"
         value={section}
         data={SECTIONS.map(({ value, label }) => ({ value, label }))}
-        onChange={(value) => {
-          page.patch({ rigSection: value });
-        }}
+        onChange={(value) => page.patch({ rigSection: value })}
       />
       {section === "drivers" && state !== null ? <Lacking text={lackingText(state)} /> : null}
       {section === "drivers" ? <DriversPanel /> : null}

@@ -44,9 +44,7 @@ export const Header = memo(function Header() {
           color="gray"
           className="help"
           aria-label="Keys"
-          onClick={() => {
-            page.patch({ help: true });
-          }}
+          onClick={() => page.patch({ help: true })}
         >
           <IconKeyboard size={18} />
         </ActionIcon>
@@ -64,9 +62,7 @@ function Views() {
       size="xs"
       aria-label="View"
       value={view}
-      onChange={(value) => {
-        page.patch({ view: value === "review" ? "review" : "live" });
-      }}
+      onChange={(value) => page.patch({ view: value === "review" ? "review" : "live" })}
       data={[
         { value: "live", label: "Live" },
         { value: "review", label: "Review" },
@@ -117,9 +113,7 @@ function WallButton() {
         color="gray"
         aria-label="Large numbers"
         data-testid="wall-open"
-        onClick={() => {
-          page.patch({ view: "wall" });
-        }}
+        onClick={() => page.patch({ view: "wall" })}
       >
         <IconDeviceTv size={18} />
       </ActionIcon>
@@ -136,9 +130,7 @@ function SchemeButton() {
         variant="subtle"
         color="gray"
         aria-label={dark ? "Light colours" : "Dark colours"}
-        onClick={() => {
-          setColorScheme(dark ? "light" : "dark");
-        }}
+        onClick={() => setColorScheme(dark ? "light" : "dark")}
       >
         {dark ? <IconSun size={18} /> : <IconMoon size={18} />}
       </ActionIcon>

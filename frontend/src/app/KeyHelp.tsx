@@ -10,9 +10,7 @@ export function KeyHelp() {
   return (
     <Modal
       opened={opened}
-      onClose={() => {
-        page.patch({ help: false });
-      }}
+      onClose={() => page.patch({ help: false })}
       title="Keys"
       size="md"
       centered

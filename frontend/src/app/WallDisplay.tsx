@@ -58,9 +58,7 @@ export function WallDisplay() {
           size="xs"
           variant="default"
           data-testid="wall-close"
-          onClick={() => {
-            page.patch({ view: "live" });
-          }}
+          onClick={() => page.patch({ view: "live" })}
         >
           Back to Live
         </Button>

@@ -35,9 +35,7 @@ export function DrawNumber({ label, value, min, max, step, width, testId, onChan
         const wanted = typedNumber(now);
         if (isWithin(wanted) && wanted !== value) onChange(wanted);
       }}
-      onBlur={() => {
-        drop();
-      }}
+      onBlur={() => drop()}
     />
   );
 }

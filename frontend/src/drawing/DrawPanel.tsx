@@ -70,9 +70,7 @@ function Manners() {
         min={0}
         max={20}
         step={0.5}
-        onChange={(value) => {
-          drawing.follow({ smoothing: value / 1e3 });
-        }}
+        onChange={(value) => drawing.follow({ smoothing: value / 1e3 })}
       />
       <NativeSelect
         size="xs"
@@ -84,9 +82,9 @@ function Manners() {
           { value: "project", label: "Project" },
           { value: "refuse", label: "Refuse" },
         ]}
-        onChange={(event) => {
-          drawing.follow({ outside: event.currentTarget.value === "refuse" ? "refuse" : "project" });
-        }}
+        onChange={(event) =>
+          drawing.follow({ outside: event.currentTarget.value === "refuse" ? "refuse" : "project" })
+        }
       />
       <Checkbox
         size="xs"
@@ -95,9 +93,7 @@ function Manners() {
         data-testid="closed"
         checked={closed}
         disabled={timing.kind === "given"}
-        onChange={(event) => {
-          drawing.close(event.currentTarget.checked);
-        }}
+        onChange={(event) => drawing.close(event.currentTarget.checked)}
       />
     </div>
   );
@@ -118,9 +114,7 @@ function Pace() {
           min={1}
           max={1000}
           step={5}
-          onChange={(value) => {
-            drawing.follow({ timing: { kind: "speed", speed: value / 1e3 } });
-          }}
+          onChange={(value) => drawing.follow({ timing: { kind: "speed", speed: value / 1e3 } })}
         />
       );
     case "duration":
@@ -133,9 +127,7 @@ function Pace() {
           min={0.1}
           max={280}
           step={1}
-          onChange={(duration) => {
-            drawing.follow({ timing: { kind: "duration", duration } });
-          }}
+          onChange={(duration) => drawing.follow({ timing: { kind: "duration", duration } })}
         />
       );
     case "fastest":

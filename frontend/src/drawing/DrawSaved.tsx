@@ -35,9 +35,7 @@ export function DrawSaved() {
         maxLength={80}
         data-testid="drawing-name"
         value={name}
-        onChange={(event) => {
-          drawing.rename(event.currentTarget.value);
-        }}
+        onChange={(event) => drawing.rename(event.currentTarget.value)}
       />
       <ControlButton
         control="settings"
@@ -58,9 +56,7 @@ export function DrawSaved() {
             variant="default"
             leftSection={<IconFolderOpen size={15} />}
             data-testid="saved-drawings"
-            onClick={() => {
-              setOpened(!opened);
-            }}
+            onClick={() => setOpened(!opened)}
           >
             Saved ({list.length})
           </Button>
@@ -93,9 +89,7 @@ function SavedList({ onLoad }: { readonly onLoad: (name: string) => void }) {
             className="saved-name"
             justify="start"
             data-testid="saved-drawing"
-            onClick={() => {
-              onLoad(name);
-            }}
+            onClick={() => onLoad(name)}
           >
             {name} <span className="note number saved-length">{millimetres(length, 0)}</span>
           </Button>

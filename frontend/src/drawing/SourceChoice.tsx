@@ -11,9 +11,7 @@ export function SourceChoice() {
       size="xs"
       aria-label="What to follow"
       value={source}
-      onChange={(value) => {
-        drawing.chooseSource(value === "drawing" ? "drawing" : "library");
-      }}
+      onChange={(value) => drawing.chooseSource(value === "drawing" ? "drawing" : "library")}
       data={[
         { value: "library", label: "Library" },
         { value: "drawing", label: "Drawing" },

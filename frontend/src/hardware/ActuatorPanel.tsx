@@ -78,9 +78,7 @@ export function ActuatorPanel() {
       <Facts facts={actuatorFacts(rig.parameters.actuator)} testId="actuator-facts" />
       <AskActuator
         wanted={asked?.name ?? null}
-        onClose={() => {
-          setAsked(null);
-        }}
+        onClose={() => setAsked(null)}
         onYes={() => {
           if (asked) void change(asked);
         }}
@@ -133,9 +131,7 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
             aria-pressed={name === current}
             testId={`actuator-${name}`}
             meaning={`Start the rig again with ${name}`}
-            onClick={() => {
-              want({ name, body: { name, toml: null } });
-            }}
+            onClick={() => want({ name, body: { name, toml: null } })}
           >
             {name}
           </ControlButton>
@@ -170,9 +166,7 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
               aria-pressed={one === plant}
               testId={`plant-${one}`}
               meaning={`${meaning}; the rig starts again`}
-              onClick={() => {
-                want({ name: called, body: one });
-              }}
+              onClick={() => want({ name: called, body: one })}
             >
               {word}
             </ControlButton>

@@ -57,9 +57,7 @@ export function RigFilePanel() {
           variant="default"
           testId="rig-file-revert"
           meaning="What lies on the disk again"
-          onClick={() => {
-            editor.revert();
-          }}
+          onClick={() => editor.revert()}
         >
           Revert
         </ControlButton>
@@ -133,9 +131,7 @@ function FileText({ draft, line, type }: FileTextProps) {
         autoComplete="off"
         rows={lines}
         value={draft}
-        onChange={(event) => {
-          type(event.currentTarget.value);
-        }}
+        onChange={(event) => type(event.currentTarget.value)}
       />
     </div>
   );

@@ -53,12 +53,8 @@ export function ControlButton({
         aria-disabled={blocked}
         aria-describedby={id}
         data-unread={unread || undefined}
-        onMouseMove={() => {
-          setUnhovered(false);
-        }}
-        onMouseLeave={() => {
-          setPressed(false);
-        }}
+        onMouseMove={() => setUnhovered(false)}
+        onMouseLeave={() => setPressed(false)}
         onClick={() => {
           if (blocked || unread) return;
           setPressed(true);

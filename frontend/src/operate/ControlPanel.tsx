@@ -78,9 +78,7 @@ export function ControlPanel() {
             variant="default"
             testId={control}
             meaning={meaning}
-            onClick={() => {
-              run(request);
-            }}
+            onClick={() => run(request)}
           >
             {label}
           </ControlButton>
@@ -97,9 +95,7 @@ export function ControlPanel() {
         maxLength={80}
         data-testid="recording-name"
         value={name}
-        onChange={(event) => {
-          page.patch({ recordingName: event.currentTarget.value });
-        }}
+        onChange={(event) => page.patch({ recordingName: event.currentTarget.value })}
       />
     </div>
   );
@@ -209,9 +205,7 @@ function TwinTimeRow() {
           value: String(ticks),
           label: `${rounded(ticks * dt * 1e3)} ms`,
         }))}
-        onChange={(value) => {
-          page.patch({ step: Number(value) });
-        }}
+        onChange={(value) => page.patch({ step: Number(value) })}
       />
     </div>
   );

@@ -24,9 +24,7 @@ export function DeleteIcon({ control, name, testId, onDelete }: Props) {
         aria-disabled={reason !== null}
         data-disabled={reason !== null}
         data-testid={testId}
-        onBlur={() => {
-          setSure(false);
-        }}
+        onBlur={() => setSure(false)}
         onClick={() => {
           if (reason !== null) return;
           if (sure) onDelete();

@@ -86,9 +86,7 @@ function Chip({ layer, meaning, children }: ChipProps) {
           className="layer"
           aria-pressed={shown}
           data-testid={`layer-${layer}`}
-          onClick={() => {
-            layers.toggle(layer);
-          }}
+          onClick={() => layers.toggle(layer)}
         >
           {children}
         </button>

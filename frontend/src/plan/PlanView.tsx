@@ -50,9 +50,7 @@ export function PlanView() {
           size="compact-xs"
           variant="subtle"
           color="gray"
-          onClick={() => {
-            plan.current?.fit();
-          }}
+          onClick={() => plan.current?.fit()}
         >
           Fit
         </Button>
@@ -90,9 +88,7 @@ function ClearTrace() {
       variant="default"
       data-testid="clear-trace"
       title="Remove the measured path of the last run from the plan"
-      onClick={() => {
-        trace.clear();
-      }}
+      onClick={() => trace.clear()}
     >
       Clear trace
     </Button>

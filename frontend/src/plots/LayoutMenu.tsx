@@ -20,9 +20,7 @@ export function LayoutMenu({ layouts }: { readonly layouts: Layouts }) {
             variant="default"
             aria-label="Layouts of plots"
             data-testid="layouts"
-            onClick={() => {
-              setOpened(!opened);
-            }}
+            onClick={() => setOpened(!opened)}
           >
             <IconLayoutGrid size={16} />
           </ActionIcon>
@@ -35,7 +33,7 @@ export function LayoutMenu({ layouts }: { readonly layouts: Layouts }) {
             <button
               type="button"
               className="link"
-              onClick={() => { layouts.change(() => DEFAULT_LAYOUT); }} /* prettier-ignore */
+              onClick={() => layouts.change(() => DEFAULT_LAYOUT)} /* prettier-ignore */
             >
               Default
             </button>
@@ -76,9 +74,7 @@ export function LayoutMenu({ layouts }: { readonly layouts: Layouts }) {
             maxLength={40}
             data-testid="layout-name"
             value={name}
-            onChange={(event) => {
-              setName(event.currentTarget.value);
-            }}
+            onChange={(event) => setName(event.currentTarget.value)}
           />
           <Button
             size="xs"

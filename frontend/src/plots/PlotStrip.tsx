@@ -92,12 +92,8 @@ export function PlotStrip() {
       <PlotsBar
         layouts={layouts}
         stopped={view.stoppedAt !== null}
-        onStop={() => {
-          setView(view.stoppedAt === null ? paused(painting.now(seconds)) : FOLLOWING);
-        }}
-        onAdd={() => {
-          setEditing(plots.length);
-        }}
+        onStop={() => setView(view.stoppedAt === null ? paused(painting.now(seconds)) : FOLLOWING)}
+        onAdd={() => setEditing(plots.length)}
         onCsv={() => void operations.attempt("No CSV", saveCsv)}
       />
       <div className="charts-room" ref={room}>
@@ -114,14 +110,10 @@ export function PlotStrip() {
               <SignalChooser
                 title={chart.title}
                 opened={editing === i}
-                onOpened={(opened) => {
-                  setEditing(opened ? i : null);
-                }}
+                onOpened={(opened) => setEditing(opened ? i : null)}
                 channels={channels}
                 chosen={plots[i].channels}
-                onChosen={(keys) => {
-                  layouts.change((old) => withSignals(old, i, keys));
-                }}
+                onChosen={(keys) => layouts.change((old) => withSignals(old, i, keys))}
                 onRemove={() => {
                   setEditing(null);
                   layouts.change((old) => withoutPlot(old, i));

@@ -41,9 +41,7 @@ export function SignalChooser({ title, opened, onOpened, channels, chosen, onCho
           size="xs"
           aria-label={`Signals of ${title}`}
           data-testid="signals"
-          onClick={() => {
-            onOpened(!opened);
-          }}
+          onClick={() => onOpened(!opened)}
         >
           <IconSettings size={14} />
         </ActionIcon>

@@ -40,9 +40,7 @@ export default function Review() {
         <RecordingList
           recordings={recordings}
           search={search}
-          onSearch={(change) => {
-            setSearch({ ...search, ...change });
-          }}
+          onSearch={(change) => setSearch({ ...search, ...change })}
           ticked={ticked.filter((id) => recordings.find(id) !== null)}
           onTick={tick}
         />

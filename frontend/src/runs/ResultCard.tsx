@@ -35,9 +35,7 @@ export function ResultCard({ result }: { readonly result: RunResult }) {
             color="gray"
             size="sm"
             aria-label="Close the result"
-            onClick={() => {
-              runs.store.patch({ dismissed: result.id });
-            }}
+            onClick={() => runs.store.patch({ dismissed: result.id })}
           >
             <IconX size={15} />
           </ActionIcon>
@@ -88,9 +86,7 @@ function OpenRecording({ id }: { readonly id: string | null }) {
       size="compact-xs"
       variant="default"
       data-testid="run-recording"
-      onClick={() => {
-        page.patch({ view: "review", reviewed: id, compared: [] });
-      }}
+      onClick={() => page.patch({ view: "review", reviewed: id, compared: [] })}
     >
       Open recording
     </Button>
@@ -109,9 +105,7 @@ function CompareEarlier({ result }: { readonly result: RunResult }) {
         size="compact-xs"
         variant="default"
         data-testid="run-compare"
-        onClick={() => {
-          page.patch({ view: "review", reviewed: null, compared });
-        }}
+        onClick={() => page.patch({ view: "review", reviewed: null, compared })}
       >
         Compare
       </Button>

@@ -71,9 +71,7 @@ function Foreseeing({ share }: { readonly share: number }) {
         variant="default"
         title="Foresee no more of it"
         data-testid="cancel-preview"
-        onClick={() => {
-          runs.cancelPreview();
-        }}
+        onClick={() => runs.cancelPreview()}
       >
         Cancel
       </Button>
@@ -106,9 +104,7 @@ function Start() {
         label="Until stopped"
         testId="endless"
         pressed={endless}
-        onClick={() => {
-          runs.store.patch({ endless: !endless });
-        }}
+        onClick={() => runs.store.patch({ endless: !endless })}
       >
         <IconInfinity size={18} />
       </ToolButton>
@@ -116,9 +112,7 @@ function Start() {
         label="Record each run"
         testId="record-runs"
         pressed={record}
-        onClick={() => {
-          runs.store.patch({ record: !record });
-        }}
+        onClick={() => runs.store.patch({ record: !record })}
       >
         <IconPlayerRecordFilled size={16} color={record ? "var(--stop)" : "currentColor"} />
       </ToolButton>
@@ -164,9 +158,7 @@ function Laps() {
         const wanted = typedNumber(now);
         if (wanted !== null && wanted >= 1) runs.repeat(wanted);
       }}
-      onBlur={() => {
-        drop();
-      }}
+      onBlur={() => drop()}
     />
   );
 }

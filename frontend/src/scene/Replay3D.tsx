@@ -28,9 +28,7 @@ export function Replay3D({ recording }: { readonly recording: Recording }) {
       <SceneFrame
         viewSession={viewSession}
         title={`3D view of the recording ${recording.name || recording.id}`}
-        onReady={() => {
-          steer(() => replay.steer({ playing: true }));
-        }}
+        onReady={() => steer(() => replay.steer({ playing: true }))}
       />
     </>
   );
@@ -57,9 +55,7 @@ function PlayBar({ replay, viewSession, marks, steer }: PlayBarProps) {
           aria-label={playing ? "Pause" : "Play"}
           data-testid="replay-toggle"
           disabled={playback === null}
-          onClick={() => {
-            steer(() => replay.toggle());
-          }}
+          onClick={() => steer(() => replay.toggle())}
         >
           {playing ? <IconPlayerPauseFilled size={16} /> : <IconPlayerPlayFilled size={16} />}
         </ActionIcon>

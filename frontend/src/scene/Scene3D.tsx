@@ -91,9 +91,7 @@ export function Cameras({ viewSession }: { readonly viewSession: ViewSession }) 
             size="compact-xs"
             variant="default"
             data-testid={`camera-${view}`}
-            onClick={() => {
-              viewSession.look(scheme, view);
-            }}
+            onClick={() => viewSession.look(scheme, view)}
           >
             {label}
           </Button>

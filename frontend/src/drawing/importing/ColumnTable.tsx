@@ -26,9 +26,7 @@ export function ColumnTable({ proposal, onChoose }: Props) {
                   data-testid={`import-column-${i + 1}`}
                   value={column.name ?? ""}
                   data={[{ value: "", label: "not used" }, "x", "y", "t"]}
-                  onChange={(event) => {
-                    onChoose(assigned(columns, i, meaningOf(event.currentTarget.value)));
-                  }}
+                  onChange={(event) => onChoose(assigned(columns, i, meaningOf(event.currentTarget.value)))}
                 />
                 <Unit column={column} onChoose={onChoose} />
               </th>

@@ -40,15 +40,7 @@ export function DrawImport() {
           </ToolButton>
         )}
       </FileButton>
-      {chosen ? (
-        <ImportDialog
-          key={chosen.count}
-          file={chosen.file}
-          onClose={() => {
-            setChosen(null);
-          }}
-        />
-      ) : null}
+      {chosen ? <ImportDialog key={chosen.count} file={chosen.file} onClose={() => setChosen(null)} /> : null}
     </>
   );
 }

@@ -89,9 +89,7 @@ export function ImportFrame({ file, found, question, problem, children, onClose 
           maxLength={80}
           data-testid="import-name"
           value={name}
-          onChange={(event) => {
-            setName(event.currentTarget.value);
-          }}
+          onChange={(event) => setName(event.currentTarget.value)}
         />
       ) : null}
       <Group justify="flex-end" gap="xs" className="import-end">
@@ -138,9 +136,7 @@ function Times({ why, timed, onChange }: TimesProps) {
         data-testid="import-times"
         disabled={why !== ""}
         value={timed ? "with" : "without"}
-        onChange={(value) => {
-          onChange(value === "with");
-        }}
+        onChange={(value) => onChange(value === "with")}
         data={[
           { value: "with", label: "With its times" },
           { value: "without", label: "Without times" },

@@ -46,9 +46,7 @@ export function SvgImport({ file, path, onClose }: Props) {
         error={unit === null}
         value={unit === null ? "" : String(unit)}
         data={[...open, ...[...stated, ...UNITS.filter(([, size]) => size !== path.unit)].map(([label, size]) => ({ value: String(size), label }))]} // prettier-ignore
-        onChange={(event) => {
-          setUnit(Number(event.currentTarget.value));
-        }}
+        onChange={(event) => setUnit(Number(event.currentTarget.value))}
       />
     </ImportFrame>
   );

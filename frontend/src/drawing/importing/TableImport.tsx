@@ -45,12 +45,7 @@ export function TableImport({ file, onClose }: Props) {
   return (
     <ImportFrame file={file} found={found} question={question} problem={problem} onClose={onClose}>
       {shown ? (
-        <ColumnTable
-          proposal={shown}
-          onChoose={(choice) => {
-            setChoices({ ...choices, ...choice });
-          }}
-        />
+        <ColumnTable proposal={shown} onChoose={(choice) => setChoices({ ...choices, ...choice })} />
       ) : null}
     </ImportFrame>
   );

@@ -34,9 +34,7 @@ export function DrawHint() {
           size="compact-xs"
           variant="default"
           data-testid="end-line"
-          onClick={() => {
-            drawing.finishStroke();
-          }}
+          onClick={() => drawing.finishStroke()}
         >
           End the line
         </Button>
@@ -67,9 +65,7 @@ function SelectBar() {
         label="Select several: what is pressed comes to what is selected (Shift)"
         testId="several"
         pressed={several}
-        onClick={() => {
-          drawing.selectSeveral(!several);
-        }}
+        onClick={() => drawing.selectSeveral(!several)}
       >
         <IconSquaresSelected size={18} />
       </ToolButton>

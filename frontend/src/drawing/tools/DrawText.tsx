@@ -31,13 +31,7 @@ export function DrawText() {
   return (
     <Popover opened={opened} onChange={setOpened} position="bottom-start" shadow="md" trapFocus>
       <Popover.Target>
-        <ToolButton
-          label="Write text"
-          testId="tool-text"
-          onClick={() => {
-            setOpened(!opened);
-          }}
-        >
+        <ToolButton label="Write text" testId="tool-text" onClick={() => setOpened(!opened)}>
           <IconTypography size={18} />
         </ToolButton>
       </Popover.Target>
@@ -56,9 +50,7 @@ export function DrawText() {
             maxLength={40}
             data-testid="text"
             value={text}
-            onChange={(event) => {
-              setText(event.currentTarget.value);
-            }}
+            onChange={(event) => setText(event.currentTarget.value)}
           />
           <NumberInput
             size="xs"

@@ -62,23 +62,14 @@ export function DrawToolbar() {
       <DrawText />
       <DrawImport />
       <Divider orientation="vertical" mx={2} />
-      <ToolButton
-        label="Undo (Ctrl Z)"
-        testId="undo"
-        disabled={noPast}
-        onClick={() => {
-          drawing.undo();
-        }}
-      >
+      <ToolButton label="Undo (Ctrl Z)" testId="undo" disabled={noPast} onClick={() => drawing.undo()}>
         <IconArrowBackUp size={18} />
       </ToolButton>
       <ToolButton
         label="Redo (Ctrl Shift Z)"
         testId="redo"
         disabled={noFuture}
-        onClick={() => {
-          drawing.redo();
-        }}
+        onClick={() => drawing.redo()}
       >
         <IconArrowForwardUp size={18} />
       </ToolButton>
@@ -86,9 +77,7 @@ export function DrawToolbar() {
         label="Duplicate what is selected"
         testId="duplicate"
         disabled={unselected}
-        onClick={() => {
-          drawing.duplicate();
-        }}
+        onClick={() => drawing.duplicate()}
       >
         <IconCopy size={18} />
       </ToolButton>
@@ -96,9 +85,7 @@ export function DrawToolbar() {
         label="Take away what is selected (Del)"
         testId="remove"
         disabled={unselected}
-        onClick={() => {
-          drawing.remove();
-        }}
+        onClick={() => drawing.remove()}
       >
         <IconX size={18} />
       </ToolButton>
@@ -106,9 +93,7 @@ export function DrawToolbar() {
         label="Clear the drawing"
         testId="clear-drawing"
         disabled={empty}
-        onClick={() => {
-          drawing.clear();
-        }}
+        onClick={() => drawing.clear()}
       >
         <IconTrash size={18} />
       </ToolButton>
@@ -144,9 +129,7 @@ function DrawShapes() {
         {BASIC_SHAPES.map((shape) => (
           <Menu.Item
             key={shape.label}
-            onClick={() => {
-              place(basicPiece(shape, middleOfReach(length)), shape.closed);
-            }}
+            onClick={() => place(basicPiece(shape, middleOfReach(length)), shape.closed)}
           >
             {shape.label}
           </Menu.Item>

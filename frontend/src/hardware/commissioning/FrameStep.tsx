@@ -69,14 +69,7 @@ function Points({ camera, names, point, choose }: PointsProps) {
       <legend className="note">Point to capture, in the camera's own coordinates</legend>
       {names.map((name) => (
         <label key={name} className="point">
-          <input
-            type="radio"
-            name="point"
-            checked={name === point}
-            onChange={() => {
-              choose(name);
-            }}
-          />
+          <input type="radio" name="point" checked={name === point} onChange={() => choose(name)} />
           <span>{name}</span>
           <span className="number">{(camera.values[name] ?? []).map(raw).join(", ")}</span>
         </label>

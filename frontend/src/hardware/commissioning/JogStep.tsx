@@ -31,9 +31,7 @@ export function JogStep({ jog }: { readonly jog: JogView | null }) {
           control="settings"
           testId="jog-clear"
           meaning="Show the four buttons"
-          onClick={() => {
-            commissioning.confirmClear();
-          }}
+          onClick={() => commissioning.confirmClear()}
         >
           That is so
         </ControlButton>
@@ -181,9 +179,7 @@ function JogButton({ chamber }: { readonly chamber: Chamber }) {
         if (event.key === " ") release();
       }}
       onBlur={release}
-      onContextMenu={(event) => {
-        event.preventDefault();
-      }}
+      onContextMenu={(event) => event.preventDefault()}
     >
       {held ? "Filling" : "Fill"} {chamber}
     </button>

@@ -33,9 +33,7 @@ export function StepInputs({ step, typed, type }: Props) {
           clampBehavior="blur"
           allowDecimal={input.unit !== ""}
           readOnly={reason !== null}
-          onChange={(value) => {
-            type({ ...typed, [input.name]: value });
-          }}
+          onChange={(value) => type({ ...typed, [input.name]: value })}
         />
       ))}
     </div>

@@ -43,9 +43,7 @@ export function NotifyButton() {
             w="fit-content"
             disabled={!on}
             data-testid="notify-test"
-            onClick={() => {
-              notices.test();
-            }}
+            onClick={() => notices.test()}
           >
             Show one now
           </Button>

@@ -80,12 +80,7 @@ function LeaseMenu() {
         </Menu.Target>
         <Menu.Dropdown>{mine ? <HandOver /> : <Get onTake={setTaking} />}</Menu.Dropdown>
       </Menu>
-      <TakeOver
-        from={taking}
-        onClose={() => {
-          setTaking(null);
-        }}
-      />
+      <TakeOver from={taking} onClose={() => setTaking(null)} />
     </>
   );
 }
@@ -128,9 +123,7 @@ function Get({ onTake }: { readonly onTake: (from: Person) => void }) {
         disabled={take !== null}
         title={take ?? undefined}
         data-testid="lease-take-over"
-        onClick={() => {
-          onTake({ tag, name, role: "operator" });
-        }}
+        onClick={() => onTake({ tag, name, role: "operator" })}
       >
         Take over ...
         {take === null ? null : <span className="note profile-meaning">{take}</span>}

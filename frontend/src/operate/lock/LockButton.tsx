@@ -36,18 +36,16 @@ export function LockButton() {
             value={after}
             data={TIMES.map((time) => ({ value: String(time), label: TIME(time) }))}
             data-testid="lock-after"
-            onChange={(event) => {
-              lock.choose({ after: Number(event.currentTarget.value) });
-            }}
+            onChange={(event) => lock.choose({ after: Number(event.currentTarget.value) })}
           />
           <NativeSelect
             label="Unlock by"
             value={by}
             data={WAYS.map((way) => ({ value: way, label: WAY[way] }))}
             data-testid="lock-by"
-            onChange={(event) => {
-              lock.choose({ by: WAYS.find((way) => way === event.currentTarget.value) ?? by });
-            }}
+            onChange={(event) =>
+              lock.choose({ by: WAYS.find((way) => way === event.currentTarget.value) ?? by })
+            }
           />
           <p className="note">
             While it is locked only E-STOP and Hold act; what moves goes on. Kept by this browser.

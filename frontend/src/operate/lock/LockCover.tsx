@@ -37,11 +37,7 @@ function Cover() {
         <p role="status">
           <IconLock size={16} aria-hidden /> Locked: only E-STOP and Hold act
         </p>
-        <Unlock
-          onDone={() => {
-            lock.unlock();
-          }}
-        />
+        <Unlock onDone={() => lock.unlock()} />
       </section>
     </div>
   );

@@ -107,17 +107,13 @@ function ObserverKappa({ known }: { readonly known: FirstModeInForce }) {
         variant="default"
         testId="observer-kappa"
         meaning={`Start the rig again with ${word} in its observer`}
-        onClick={() => {
-          setAsked(true);
-        }}
+        onClick={() => setAsked(true)}
       >
         {kappa === 1 ? "Table's κ in the observer" : "Measured κ in the observer"}
       </ControlButton>
       <AskActuator
         wanted={asked ? `${word} in its observer` : null}
-        onClose={() => {
-          setAsked(false);
-        }}
+        onClose={() => setAsked(false)}
         onYes={() => {
           setAsked(false);
           void operations.attempt("Observer not changed", () => presets.observerKappa(kappa));

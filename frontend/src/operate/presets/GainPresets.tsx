@@ -27,9 +27,7 @@ export function GainPresets() {
       shadow="md"
       closeOnItemClick={false}
       trapFocus
-      onOpen={() => {
-        update("Presets not known", presets.gains);
-      }}
+      onOpen={() => update("Presets not known", presets.gains)}
     >
       <Menu.Target>
         <Button
@@ -78,9 +76,7 @@ function Saved({ list, update }: ListProps) {
               disabled={reason !== null}
               title={reason ?? `Delete ${name}`}
               aria-label={`Delete ${name}`}
-              onClick={() => {
-                update("Preset not deleted", () => presets.remove(name));
-              }}
+              onClick={() => update("Preset not deleted", () => presets.remove(name))}
             >
               <IconTrash size={16} />
             </ActionIcon>
@@ -104,9 +100,7 @@ function Save({ list, update }: ListProps) {
         data-testid="gain-preset-name"
         value={name}
         maxLength={60}
-        onChange={(event) => {
-          setName(event.currentTarget.value);
-        }}
+        onChange={(event) => setName(event.currentTarget.value)}
       />
       <ControlButton
         control="settings"
@@ -114,9 +108,7 @@ function Save({ list, update }: ListProps) {
         variant="default"
         testId="gain-preset-save"
         meaning={exists ? "Replace the preset of this name" : "Save the gains in force"}
-        onClick={() => {
-          update("Preset not saved", () => presets.save(wanted));
-        }}
+        onClick={() => update("Preset not saved", () => presets.save(wanted))}
       >
         {exists ? "Replace" : "Save"}
       </ControlButton>

@@ -69,9 +69,7 @@ export function TwinFaultsPanel() {
         variant="default"
         testId="faults-off"
         meaning="The twin as it was"
-        onClick={() => {
-          inject(OFF);
-        }}
+        onClick={() => inject(OFF)}
       >
         Off
       </ControlButton>

@@ -98,9 +98,7 @@ function Hold() {
       data-testid="stop-hold"
       title={reason ?? "Freeze the reference where it is (Esc)"}
       aria-disabled={reason !== null}
-      onClick={() => {
-        operations.holdByKey();
-      }}
+      onClick={() => operations.holdByKey()}
     >
       Hold
     </button>

@@ -108,9 +108,7 @@ function CompareTable({ recordings }: { readonly recordings: readonly Recording[
                   type="button"
                   className="link cut"
                   title={name}
-                  onClick={() => {
-                    page.patch({ reviewed: id, compared: [] });
-                  }}
+                  onClick={() => page.patch({ reviewed: id, compared: [] })}
                 >
                   {name || "unnamed"}
                 </button>

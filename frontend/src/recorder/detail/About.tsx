@@ -47,9 +47,7 @@ export function About({ recording, running, recordings }: Props) {
           title={name.text}
           data-testid="recording-name"
           value={name.text}
-          onChange={(event) => {
-            name.write(event.currentTarget.value);
-          }}
+          onChange={(event) => name.write(event.currentTarget.value)}
           onBlur={name.leave}
         />
         <TagsInput
@@ -78,9 +76,7 @@ export function About({ recording, running, recordings }: Props) {
           className="review-notes"
           data-testid="recording-notes"
           value={notes.text}
-          onChange={(event) => {
-            notes.write(event.currentTarget.value);
-          }}
+          onChange={(event) => notes.write(event.currentTarget.value)}
           onBlur={notes.leave}
         />
       </div>

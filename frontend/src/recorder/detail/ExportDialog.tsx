@@ -22,13 +22,11 @@ export function ExportButton(props: Props) {
         variant="default"
         leftSection={<IconDownload size={14} />}
         data-testid="export"
-        onClick={() => {
-          setOpen(true);
-        }}
+        onClick={() => setOpen(true)}
       >
         Export
       </Button>
-      {open ? <ExportDialog {...props} onClose={() => { setOpen(false); }} /> : null /* prettier-ignore */}
+      {open ? <ExportDialog {...props} onClose={() => setOpen(false)} /> : null /* prettier-ignore */}
     </>
   );
 }
@@ -76,9 +74,7 @@ function ExportDialog({ recording, zoomed, onClose }: Props & { readonly onClose
             label="Begin with where the numbers come from, as lines with #"
             data-testid="export-comments"
             checked={comments}
-            onChange={(event) => {
-              setComments(event.currentTarget.checked);
-            }}
+            onChange={(event) => setComments(event.currentTarget.checked)}
           />
         ) : null}
         {

@@ -32,9 +32,7 @@ export function DeleteButton({ row, running, reason, onDelete }: Props) {
       aria-expanded={opened}
       aria-label={`Delete ${row.name || row.id}`}
       data-testid="delete-recording"
-      onClick={() => {
-        turn(!opened);
-      }}
+      onClick={() => turn(!opened)}
     >
       <IconTrash size={16} />
     </button>

@@ -49,9 +49,7 @@ export function ImportButton({ recordings }: { readonly recordings: Recordings }
           key={`${chosen.file.name} ${chosen.file.lastModified}`}
           chosen={chosen}
           recordings={recordings}
-          onClose={() => {
-            setChosen(null);
-          }}
+          onClose={() => setChosen(null)}
         />
       ) : null}
     </>
@@ -112,9 +110,7 @@ function ImportDialog({ chosen: { file, missing }, recordings, onClose }: Props)
           data-autofocus
           data-testid="import-name"
           value={name}
-          onChange={(event) => {
-            setName(event.currentTarget.value);
-          }}
+          onChange={(event) => setName(event.currentTarget.value)}
         />
         {missing.time || missing.length ? (
           <p className="note">The header names no unit: in what are these numbers?</p>
@@ -122,10 +118,10 @@ function ImportDialog({ chosen: { file, missing }, recordings, onClose }: Props)
           <p className="note">Units are those of the header; {bytes(file.size)}.</p>
         )}
         {missing.time ? (
-          <Unit label="Time" of={TIME_UNITS} value={units.time} onChange={(time) => { setUnits({ ...units, time }); }} /> // prettier-ignore
+          <Unit label="Time" of={TIME_UNITS} value={units.time} onChange={(time) => setUnits({ ...units, time })} /> // prettier-ignore
         ) : null}
         {missing.length ? (
-          <Unit label="x and y" of={LENGTH_UNITS} value={units.length} onChange={(length) => { setUnits({ ...units, length }); }} /> // prettier-ignore
+          <Unit label="x and y" of={LENGTH_UNITS} value={units.length} onChange={(length) => setUnits({ ...units, length })} /> // prettier-ignore
         ) : null}
         {problem === "" ? null : (
           <p className="review-bad import-problem" role="alert" data-testid="import-problem">

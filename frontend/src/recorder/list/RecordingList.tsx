@@ -42,12 +42,7 @@ export function RecordingList({ recordings, search, onSearch, ticked, onTick }: 
       ) : (
         <div className="review-list">
           <table className="list-table" data-testid="recordings" data-sort={sort}>
-            <Titles
-              order={search.order}
-              onOrder={(order) => {
-                onSearch({ order, limit: SHELF });
-              }}
-            />
+            <Titles order={search.order} onOrder={(order) => onSearch({ order, limit: SHELF })} />
             <tbody {...keys}>
               {rows.map((row) => (
                 <RecordingRow
@@ -71,9 +66,7 @@ export function RecordingList({ recordings, search, onSearch, ticked, onTick }: 
               size="xs"
               variant="default"
               data-testid="show-more"
-              onClick={() => {
-                onSearch({ limit: rows.length + SHELF });
-              }}
+              onClick={() => onSearch({ limit: rows.length + SHELF })}
             >
               Show {Math.min(SHELF, found - rows.length)} more
             </Button>
@@ -102,9 +95,7 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
         data-testid="recording-search"
         maxLength={200}
         value={search.query}
-        onChange={(event) => {
-          onSearch({ query: event.currentTarget.value, limit: SHELF });
-        }}
+        onChange={(event) => onSearch({ query: event.currentTarget.value, limit: SHELF })}
       />
       <span className="note" role="status" data-testid="recordings-found">
         {recordings.problem === "" ? countOf(recordings.listed ?? NONE) : `Not read: ${recordings.problem}`}
@@ -119,9 +110,7 @@ function ListBar({ recordings, search, onSearch, ticked }: BarProps) {
         data-testid="compare"
         disabled={ticked.length < 2}
         title={ticked.length < 2 ? `Tick two to ${COMPARED_MAX} recordings` : ""}
-        onClick={() => {
-          page.patch({ compared: ticked, reviewed: null });
-        }}
+        onClick={() => page.patch({ compared: ticked, reviewed: null })}
       >
         Compare {ticked.length || ""}
       </Button>
@@ -144,9 +133,7 @@ function DeletedSwitch({ recordings, search, onSearch }: Pick<Props, "recordings
         size="xs"
         checked={search.deleted}
         data-testid="show-deleted"
-        onChange={(deleted) => {
-          onSearch({ deleted, limit: SHELF });
-        }}
+        onChange={(deleted) => onSearch({ deleted, limit: SHELF })}
       >
         Deleted{count > 0 ? ` (${count})` : ""}
       </Chip>
@@ -271,9 +258,7 @@ function Title({ column, title, unit, order, onOrder }: TitleProps) {
         className="link"
         aria-label={SPOKEN[column]}
         data-testid={`sort-${column}`}
-        onClick={() => {
-          onOrder(nextOrder(order, column));
-        }}
+        onClick={() => onOrder(nextOrder(order, column))}
       >
         {title} {unit === "" ? null : <span className="unit">{unit}</span>}
         {chosen ? <Arrow size={12} aria-hidden /> : null}

@@ -52,9 +52,7 @@ export const RecordingRow = memo(function RecordingRow(props: Props) {
             data-testid="compare-tick"
             checked={ticked}
             disabled={full && !ticked}
-            onChange={(event) => {
-              onTick(row.id, event.currentTarget.checked);
-            }}
+            onChange={(event) => onTick(row.id, event.currentTarget.checked)}
           />
         )}
       </td>

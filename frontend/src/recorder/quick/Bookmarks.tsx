@@ -45,9 +45,7 @@ function Entry({ mark, onSeek, onLabel }: EntryProps) {
         className="link number"
         aria-label={`Show bookmark ${mark.n}`}
         data-testid="bookmark-seek"
-        onClick={() => {
-          onSeek(mark.t);
-        }}
+        onClick={() => onSeek(mark.t)}
       >
         {plain(mark.t, 2)} s
       </button>
@@ -61,9 +59,7 @@ function Entry({ mark, onSeek, onLabel }: EntryProps) {
         title={label.text}
         data-testid="bookmark-label"
         value={label.text}
-        onChange={(event) => {
-          label.write(event.currentTarget.value);
-        }}
+        onChange={(event) => label.write(event.currentTarget.value)}
         onKeyDown={(event) => {
           if (event.key === "Enter") event.currentTarget.blur();
         }}
@@ -76,9 +72,7 @@ function Entry({ mark, onSeek, onLabel }: EntryProps) {
         disabled={reason !== null}
         aria-label={`Remove bookmark ${mark.n}`}
         data-testid="bookmark-remove"
-        onClick={() => {
-          onLabel(null);
-        }}
+        onClick={() => onLabel(null)}
       >
         <IconX size={14} />
       </ActionIcon>

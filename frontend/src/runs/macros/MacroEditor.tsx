@@ -27,9 +27,7 @@ export function MacroEditor({ draft }: { readonly draft: Draft }) {
         maxLength={40}
         data-testid="macro-name"
         value={name}
-        onChange={(event) => {
-          macros.change({ name: event.currentTarget.value });
-        }}
+        onChange={(event) => macros.change({ name: event.currentTarget.value })}
       />
       <ol className="macro-steps" aria-label="Steps">
         {steps.map((step, i) => (
@@ -65,21 +63,12 @@ export function MacroEditor({ draft }: { readonly draft: Draft }) {
           variant="default"
           leftSection={<IconPlus size={14} />}
           data-testid="macro-add"
-          onClick={() => {
-            put([...steps, KINDS.wait[1]]);
-          }}
+          onClick={() => put([...steps, KINDS.wait[1]])}
         >
           Add a step
         </Button>
         <span className="spacer" />
-        <Button
-          size="xs"
-          variant="default"
-          data-testid="macro-drop"
-          onClick={() => {
-            macros.drop();
-          }}
-        >
+        <Button size="xs" variant="default" data-testid="macro-drop" onClick={() => macros.drop()}>
           Cancel
         </Button>
         <ControlButton
@@ -118,9 +107,7 @@ function StepButtons({ steps, i, put }: ButtonsProps) {
       aria-label={label}
       title={label}
       disabled={!possible}
-      onClick={() => {
-        put(next());
-      }}
+      onClick={() => put(next())}
     >
       <Glyph size={15} />
     </ActionIcon>

@@ -34,9 +34,7 @@ export function MacroPanel() {
           title={reason ?? "A list of actions that one button runs"}
           data-testid="macro-new"
           data-focus-home
-          onClick={() => {
-            macros.edit(null);
-          }}
+          onClick={() => macros.edit(null)}
         >
           New
         </Button>
@@ -86,9 +84,7 @@ function List() {
             color="gray"
             aria-label={`Edit ${macro.name}`}
             data-testid="macro-edit"
-            onClick={() => {
-              macros.edit(macro);
-            }}
+            onClick={() => macros.edit(macro)}
           >
             <IconPencil size={16} />
           </ActionIcon>

@@ -133,9 +133,7 @@ function Choice({ label, value, names, send }: ChoiceProps) {
       data-testid="step-name"
       data={[...(gone ? [{ value, label: first }] : []), ...names]}
       value={value}
-      onChange={(event) => {
-        send(event.currentTarget.value);
-      }}
+      onChange={(event) => send(event.currentTarget.value)}
     />
   );
 }
@@ -199,9 +197,7 @@ function Words({ label, value, send }: WordsProps) {
       maxLength={80}
       data-testid="step-words"
       value={value}
-      onChange={(event) => {
-        send(event.currentTarget.value);
-      }}
+      onChange={(event) => send(event.currentTarget.value)}
     />
   );
 }

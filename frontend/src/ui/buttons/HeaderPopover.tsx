@@ -31,9 +31,7 @@ export function HeaderPopover({ title, state, icon, testId, children }: Props) {
           aria-label={`${title}: ${state}`}
           title={title}
           data-testid={testId}
-          onClick={() => {
-            setOpened(!opened);
-          }}
+          onClick={() => setOpened(!opened)}
         >
           {icon}
         </ActionIcon>
