@@ -41,7 +41,7 @@ from server.operate import command_routes, gain_routes, lease_routes, settings
 from server.operate.messages import Presence
 from server.operate.stop_lane import StopLane
 from server.plots import routes as plots
-from server.recorder import bookmark_routes, export_routes, rerun_routes
+from server.recorder import export_routes, rerun_routes
 from server.recorder import routes as recorder
 from server.rig import reach, twin_routes
 from server.rig import routes as rig
@@ -64,7 +64,6 @@ ROUTES = (
     recorded_path,
     macros,
     recorder,
-    bookmark_routes,
     export_routes,
     plots,
     gain_routes,

@@ -54,12 +54,11 @@ from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
-from server.recorder.client import RecorderClient, launch
+from server.recorder.client import RECORDER_S, RecorderClient, RecorderWatch, launch
 from server.recorder.exports import EXPORTS_S, Exports
 from server.recorder.folder import Reader, RecordingsFolder
 from server.recorder.quota_watch import QUOTA_S, QuotaWatch
 from server.recorder.review import Review
-from server.recorder.watch import RECORDER_S, RecorderWatch
 from server.rig.client import Rig
 from server.rig.history import History, Largest
 from server.rig.planner import Planner
