@@ -24,12 +24,10 @@ from server.hardware.first_mode.measurement import FirstModeMeasurement, Parts
 from server.hardware.first_mode.store import FirstModes, modes_file
 from server.hardware.outcomes import OUTCOME_S, OutcomeWatch
 from server.hardware.rig_file import RigFileKeeper
-from server.health.alarm_watch import JUDGED_S, AlarmWatch
-from server.health.alarms import Alarms
+from server.health.alarms import JUDGED_S, Alarms, AlarmWatch
 from server.health.loop_health import LoopWatch
 from server.health.monitor import HEALTH_S, HealthMonitor
-from server.health.notices import Notices
-from server.health.webhook import Webhook
+from server.health.notices import Notices, Webhook
 from server.http.rates import Rates
 from server.http.refused import RefusedCounts
 from server.live.hub import FRAME_APART_S, FRAME_S, NEWS_S, Hub, Viewer
