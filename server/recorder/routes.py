@@ -26,6 +26,7 @@ from server.http.who import Me
 from server.log.events import GivenEvents
 from server.recorder.by_hand import GivenRecordingByHand
 from server.recorder.client import GivenRecorder
+from server.recorder.exports import BINARY
 from server.recorder.folder import GivenFolder
 from server.recorder.review import GivenReview
 
@@ -38,8 +39,6 @@ class RecordingBody(Model):
 
 
 router = APIRouter(tags=["recordings"])
-
-BINARY = "application/octet-stream"
 
 LIST = TypeAdapter(list[Recording])
 
