@@ -16,13 +16,12 @@ from server.access.token_watch import IN_FORCE_S, TokenWatch
 from server.access.tokens import TokenFile
 from server.access.user_files import UserFiles
 from server.drawing.store import Drawings
-from server.hardware.change import Change
 from server.hardware.commissioning.commissioning import Commissioning
 from server.hardware.commissioning.step_run import StepContext
 from server.hardware.commissioning.store import CommissionedFile, CommissioningStore, commissioning_file, data_folder
 from server.hardware.first_mode.measurement import FirstModeMeasurement, Parts
 from server.hardware.first_mode.store import FirstModes, modes_file
-from server.hardware.outcomes import OUTCOME_S, OutcomeWatch
+from server.hardware.outcomes import OUTCOME_S, Change, OutcomeWatch
 from server.hardware.rig_file import RigFileKeeper
 from server.health.alarms import JUDGED_S, Alarms, AlarmWatch
 from server.health.loop_health import LoopWatch
