@@ -12,11 +12,10 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.access.roles import READING
 from server.access.sessions import Sessions, TooManyAttempts, WrongToken, same_origin
-from server.http.answers import refusal
+from server.http.answers import RefusedCounts, refusal
 from server.http.headers import STARTS, with_headers
 from server.http.problems import answer
 from server.http.rates import Rates
-from server.http.refused import RefusedCounts
 from server.http.who import Identity
 from server.log.audit import Asker, Audit, Audited
 from server.settings import ServerSettings, exposed, is_loopback

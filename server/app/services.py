@@ -27,8 +27,8 @@ from server.health.alarms import JUDGED_S, Alarms, AlarmWatch
 from server.health.loop_health import LoopWatch
 from server.health.monitor import HEALTH_S, HealthMonitor
 from server.health.notices import Notices, Webhook
+from server.http.answers import RefusedCounts
 from server.http.rates import Rates
-from server.http.refused import RefusedCounts
 from server.live.hub import FRAME_APART_S, FRAME_S, NEWS_S, Hub, Viewer
 from server.live.status import StatusView
 from server.log.audit import LARGEST, Audit, AuditEntry

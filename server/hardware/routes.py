@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from controller.errors import CommandRefused
 from controller.schema.actuator import PRESETS
 from controller.schema.hardware import Drivers
-from server.access.asking import Permitted
+from server.access.permit import Permitted
 from server.hardware import order_files
 from server.hardware.actuator import accepted_actuator, accepted_observer_kappa, accepted_plant, described
 from server.hardware.first_mode.measurement import GivenMeasurement

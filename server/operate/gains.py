@@ -10,7 +10,7 @@ from controller.errors import CommandRefused, TendrilError
 from controller.schema.fit import GAINS
 from controller.schema.parameters import Settings
 from controller.system.state_file import StateFile
-from server.access.asking import Holder
+from server.access.permit import Holder
 from server.http.errors import NotFound
 from server.http.given import GivenSettings
 from server.log.events import GivenEvents

@@ -20,7 +20,7 @@ from recordings.read.quick import POINTS, Quick, quick_look
 from recordings.store.edits import BookmarkLabel, Edit, with_label, without_bookmark
 from recordings.store.finishing import measured
 from recordings.store.store import Store
-from server.access.asking import Holder
+from server.access.permit import Holder
 from server.http import answers
 from server.http.who import Me
 from server.log.events import GivenEvents
