@@ -14,9 +14,8 @@ from controller.arrays import Array
 from controller.errors import RecordingError
 from controller.schema.actuator import Actuator
 from recordings.format import plan
-from recordings.format.blueprint import APPLICATION, Look, layout
+from recordings.format.blueprint import APPLICATION, Look, layout, style
 from recordings.format.chunks import Chunks, numbers, opened, widened
-from recordings.format.lines import style
 from recordings.format.signals import GROUPS, Group
 from recordings.format.tool import release_streams
 from recordings.read.reader import about_of

@@ -13,9 +13,8 @@ from controller.errors import ParameterError, RecordingError
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.system.progress import ProgressCallback, no_progress
-from recordings.exporting.feed import feed
+from recordings.exporting.feed import Survey, feed, surveyed
 from recordings.exporting.signals import SIGNALS, TIP, Signal, chosen
-from recordings.exporting.survey import Survey, surveyed
 from recordings.format import sidecar
 from recordings.format.chunks import Chunks, Part, opened
 from recordings.format.messages import Bookmark, Profile

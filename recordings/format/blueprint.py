@@ -5,9 +5,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import rerun as rr
 import rerun.blueprint as rrb
 
 from controller.schema.display import shown
+from recordings.format.signals import Group, rgba
 
 APPLICATION = "tendril"
 """Of every recording; rerun applies a layout to those of its own application."""
@@ -113,3 +115,12 @@ def _whole_time() -> rrb.TimeAxis:
     """The whole recording at first; zooming one plot zooms them all."""
     everything = rrb.TimeRange(rrb.TimeRangeBoundary.infinite(), rrb.TimeRangeBoundary.infinite())
     return rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=everything)
+
+
+def style(group: Group, units_shown: bool = False) -> rr.SeriesLines:
+    """Names, colours and widths of the group's lines; the names with units that people read, or with SI ones."""
+    return rr.SeriesLines(
+        names=[series.shown[0] if units_shown else series.name for series in group.series],
+        colors=rgba(series.color for series in group.series),
+        widths=[series.width for series in group.series],
+    )

@@ -10,12 +10,11 @@ from pathlib import Path
 from controller.arrays import Values
 from controller.errors import CommandRefused, RecordingError
 from controller.system.whole_file import is_regular, sync_file, sync_folder
-from recordings.format import sidecar, tool
+from recordings.format import frames, sidecar, tool
 from recordings.format.messages import Recording
 from recordings.read import prepared
 from recordings.read.metrics import FIELDS, Measured, cycles_of, metrics_of
-from recordings.read.reader import read_rows
-from recordings.store import mending
+from recordings.read.reader import read_about, read_bookmarks, read_rows, read_times
 from recordings.store.bin import Bin
 from recordings.store.catalogue import Catalogue
 from recordings.store.edits import Edit
@@ -25,6 +24,8 @@ COMPACT_BYTES_MAX = 1 << 30
 DRAFT = ".draft-"
 MEASURED_BYTES_MAX = 1 << 28
 """Larger files have no metrics: all their rows at once would take some GB of memory."""
+MEND_MAX_S = 1800.0
+"""For one run of a tool [s]."""
 
 
 def default_folder() -> Path:
@@ -84,7 +85,7 @@ class Store:
         """
         with self._held(id):
             found = self._described(id)
-            return found if _closed(found) else self._replaced(found, mending.mend)
+            return found if _closed(found) else self._replaced(found, _mend)
 
     def compact(self, id: str) -> Recording:
         """Join a closed recording's many small chunks into few large ones, so that it opens quickly in the viewer.
@@ -94,7 +95,7 @@ class Store:
         with self._held(id):
             found = self.find(id)
             small = self.path(id).stat().st_size <= COMPACT_BYTES_MAX
-            return self._replaced(found, mending.compact) if _closed(found) and small else found
+            return self._replaced(found, _compact) if _closed(found) and small else found
 
     def edit(self, id: str, edit: Edit) -> Recording:
         """Change what people say about `id`; raises `RecordingError` when there is no such recording."""
@@ -152,7 +153,7 @@ class Store:
         """
         with self._held(id):
             try:
-                tool.run("rrd", "verify", str(self.path(id)), timeout=mending.MEND_MAX_S)
+                tool.run("rrd", "verify", str(self.path(id)), timeout=MEND_MAX_S)
             except RecordingError as error:
                 return sidecar.update(self._folder, id, problem=str(error))
             return sidecar.update(self._folder, id, problem="")
@@ -217,7 +218,7 @@ class Store:
         try:
             return self.find(id)
         except RecordingError:
-            sidecar.write(self._folder, mending.from_data(id, self.path(id)))
+            sidecar.write(self._folder, _from_data(id, self.path(id)))
             return self.find(id)
 
     def _replaced(self, recording: Recording, make: Callable[[Path, Path], None]) -> Recording:
@@ -228,8 +229,8 @@ class Store:
         path = self.path(recording.id)
         with self._draft(recording.id) as draft:
             make(path, draft)
-            tool.run("rrd", "verify", str(draft), timeout=mending.MEND_MAX_S)
-            counted = mending.count(draft) | {"bytes": draft.stat().st_size}
+            tool.run("rrd", "verify", str(draft), timeout=MEND_MAX_S)
+            counted = _count(draft) | {"bytes": draft.stat().st_size}
             sync_file(draft)
             draft.replace(path)
             sync_folder(self._folder)
@@ -252,3 +253,30 @@ def _when(recording: Recording) -> tuple[str, datetime, str]:
 
 def _closed(recording: Recording) -> bool:
     return recording.complete or recording.recovered
+
+
+def _mend(path: Path, draft: Path) -> None:
+    """A copy of the whole frames with a footer: rerun's migration streams, so it needs little memory for any size."""
+    frames.copy_whole(path, draft, frames.intact_length(path))
+    tool.run("rrd", "migrate", str(draft), timeout=MEND_MAX_S)
+
+
+def _compact(path: Path, draft: Path) -> None:
+    """A copy in few large chunks."""
+    tool.run("rrd", "optimize", str(path), "-o", str(draft), timeout=MEND_MAX_S)
+
+
+def _count(path: Path) -> dict[str, float]:
+    """Rows, missing ticks and seconds that the data come to."""
+    tick, t_ns = read_times(path)
+    steps = tick[1:] - tick[:-1]
+    seconds = float(t_ns[-1] - t_ns[0]) * 1e-9 if len(t_ns) else 0.0
+    return {"rows": len(tick), "gaps": int((steps[steps > 1] - 1).sum()), "seconds": seconds}
+
+
+def _from_data(id: str, path: Path) -> Recording:
+    """What the data say of themselves; they still have to be counted."""
+    info, settings = read_about(path)
+    known = {"bytes": path.stat().st_size, "twin": info.twin, "rig": info.rig, "settings": settings}
+    known["bookmarks"] = read_bookmarks(path)
+    return sidecar.blank(id, actuator=info.parameters.actuator.name).model_copy(update=known)

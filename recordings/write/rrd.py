@@ -19,8 +19,7 @@ from controller.system.whole_file import sync_file
 from recordings.format import plan
 from recordings.format.about import About, description, word
 from recordings.format.annotations import Annotation, Approach, LogLine, Mark
-from recordings.format.blueprint import APPLICATION, layout
-from recordings.format.lines import style
+from recordings.format.blueprint import APPLICATION, layout, style
 from recordings.format.messages import Level
 from recordings.format.profiles import TICKS, rounded
 from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, MODE_COLORS, Group, rgba

@@ -1,25 +1,24 @@
 """The door of every request and socket: our host, not too often, same origin, signed in; what was asked is audited."""
 
 import re
+from collections.abc import Mapping
 from http.cookies import CookieError
+from ipaddress import IPv6Address
 
 from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from server.access.hosts import Hosts
 from server.access.roles import READING
 from server.access.sessions import Sessions, TooManyAttempts, WrongToken, same_origin
-from server.http.answers import refusal
-from server.http.headers import with_headers
+from server.http.answers import RefusedCounts, refusal
+from server.http.headers import STARTS, with_headers
 from server.http.problems import answer
 from server.http.rates import Rates
-from server.http.refused import RefusedCounts
 from server.http.who import Identity
-from server.log.audit import Asker, Audit
-from server.log.audited import STARTS, Audited
-from server.settings import is_loopback
+from server.log.audit import Asker, Audit, Audited
+from server.settings import ServerSettings, exposed, is_loopback
 
 BODY_MAX = 1 << 20
 """Longest request body that is read [bytes]."""
@@ -33,6 +32,34 @@ _OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
 ONCE = (b"host", b"origin", b"cookie", b"authorization", b"content-length", b"transfer-encoding", b"content-type")
 """Headers of which two would mean that someone else judges by the other one."""
 FIGURES, BEARER = "/metrics", "Bearer "
+LOOPBACK = ("localhost", "127.0.0.1", "[::1]")
+
+
+class Hosts:
+    """Judges the Host header of requests: the names by which browsers may ask for this server.
+
+    A foreign page whose own name is made to resolve to this machine (DNS rebinding) would count as our origin: on
+    loopback only loopback's names are answered. Elsewhere the names cannot be known, so all are, unless some are given.
+    """
+
+    def __init__(self, settings: ServerSettings) -> None:
+        self._given = {name.lower() for name in settings.allow_host.split(",") if name}
+        self._any = exposed(settings.host) and not self._given
+        self._names = {*LOOPBACK, _in_address(settings.host).lower(), *self._given}
+        self._standard = 443 if settings.tls_cert else 80
+
+    def allows(self, headers: Mapping[str, str], port: int) -> bool:
+        """Whether a request with these headers is meant for us; names that were given may come without the port."""
+        bare = self._names if port == self._standard else self._given
+        return self._any or headers.get("host", "").lower() in bare | {f"{name}:{port}" for name in self._names}
+
+
+def _in_address(host: str) -> str:
+    """`host` as it stands in an address."""
+    try:
+        return f"[{IPv6Address(host).compressed}]"
+    except ValueError:
+        return host
 
 
 class Gate:

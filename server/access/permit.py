@@ -12,12 +12,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Annotated
 
+from fastapi import Depends
+
 from controller.errors import NotAllowed, TendrilError
 from controller.schema.modes import STILLING, Request
-from server.access.lease import OperatorLease
+from server.access.lease import GivenLease, OperatorLease
 from server.access.sessions import Sessions
 from server.http.given import given
-from server.http.who import Identity
+from server.http.who import Identity, Me
 
 _MOVING = (Request.FOLLOW, Request.TRACK)
 
@@ -133,3 +135,22 @@ class Permits:
 
 
 GivenPermits = Annotated[Permits, given(Permits)]
+
+
+async def holder(who: Me, lease: GivenLease) -> Identity:
+    """Dependency of routes that only who operates may use; raises `NotAllowed` for others."""
+    lease.require(who)
+    lease.touch(who)
+    return who
+
+
+Holder = Annotated[Identity, Depends(holder)]
+"""The session that asks, which must hold the operator's lease."""
+
+
+async def _permitted(who: Holder, permits: GivenPermits) -> Permit:
+    return permits.operator(who)
+
+
+Permitted = Annotated[Permit, Depends(_permitted)]
+"""The leave of the session that asks, which must hold the lease now, and again where its request leaves for the rig."""

@@ -2,7 +2,7 @@
 
 Everything else that changes something needs the operator's token, or the lease that an operator has handed over; so a
 new route is closed to viewers until it is named here. Who of the operators may act now is the lease's matter
-(`server.access.asking.Holder`). Sockets are open to all: what is said on them is judged by the lease, one by one.
+(`server.access.permit.Holder`). Sockets are open to all: what is said on them is judged by the lease, one by one.
 """
 
 from starlette.requests import HTTPConnection

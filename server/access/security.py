@@ -11,8 +11,8 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute
 
-from server.access.asking import holder
 from server.access.gate import FIGURES, is_open
+from server.access.permit import holder
 from server.access.roles import READING, VIEWERS
 from server.access.sessions import COOKIE
 

@@ -18,30 +18,27 @@ from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.origin import our_version
 from recordings.exporting import export
 from server.access import page, sign_in
-from server.access.gate import Gate, admitted
-from server.access.hosts import Hosts
+from server.access.gate import Gate, Hosts, admitted
 from server.access.roles import authorise
 from server.access.security import schemes, secure
 from server.access.sessions import Sessions
 from server.app.services import Services
 from server.drawing import planning
 from server.drawing import routes as drawing
-from server.hardware import actuator_routes
 from server.hardware import routes as hardware
 from server.hardware.commissioning import routes as commissioning
-from server.hardware.first_mode import routes as first_mode
 from server.health import routes as health
 from server.http import given, problems
 from server.http.answers import REFUSALS, say_once
 from server.http.connections import WHOLE
 from server.live import presence, socket
 from server.live.messages import FromBrowser, FromServer, Heard
-from server.log import refusals
-from server.operate import command_routes, gain_routes, lease_routes, settings
+from server.log.events import note_refusal
+from server.operate import command_routes, gains, lease_routes, settings
+from server.operate.command_routes import StopLane
 from server.operate.messages import Presence
-from server.operate.stop_lane import StopLane
 from server.plots import routes as plots
-from server.recorder import bookmark_routes, export_routes, rerun_routes
+from server.recorder import export_routes, rerun_routes
 from server.recorder import routes as recorder
 from server.rig import reach, twin_routes
 from server.rig import routes as rig
@@ -64,12 +61,9 @@ ROUTES = (
     recorded_path,
     macros,
     recorder,
-    bookmark_routes,
     export_routes,
     plots,
-    gain_routes,
-    actuator_routes,
-    first_mode,
+    gains,
     hardware,
     commissioning,
     presence,
@@ -144,7 +138,7 @@ def _api() -> FastAPI:
         responses=REFUSALS,
         generate_unique_id_function=lambda route: route.name,
     )
-    problems.install(app, refusals.note)
+    problems.install(app, note_refusal)
     for part in ROUTES:
         app.include_router(part.router, dependencies=[Depends(authorise)])
     app.add_route("/api/openapi.json", _described, include_in_schema=False)

@@ -16,22 +16,19 @@ from server.access.token_watch import IN_FORCE_S, TokenWatch
 from server.access.tokens import TokenFile
 from server.access.user_files import UserFiles
 from server.drawing.store import Drawings
-from server.hardware.change import Change
 from server.hardware.commissioning.commissioning import Commissioning
 from server.hardware.commissioning.step_run import StepContext
 from server.hardware.commissioning.store import CommissionedFile, CommissioningStore, commissioning_file, data_folder
 from server.hardware.first_mode.measurement import FirstModeMeasurement, Parts
 from server.hardware.first_mode.store import FirstModes, modes_file
-from server.hardware.outcomes import OUTCOME_S, OutcomeWatch
+from server.hardware.outcomes import OUTCOME_S, Change, OutcomeWatch
 from server.hardware.rig_file import RigFileKeeper
-from server.health.alarm_watch import JUDGED_S, AlarmWatch
-from server.health.alarms import Alarms
+from server.health.alarms import JUDGED_S, Alarms, AlarmWatch
 from server.health.loop_health import LoopWatch
 from server.health.monitor import HEALTH_S, HealthMonitor
-from server.health.notices import Notices
-from server.health.webhook import Webhook
+from server.health.notices import Notices, Webhook
+from server.http.answers import RefusedCounts
 from server.http.rates import Rates
-from server.http.refused import RefusedCounts
 from server.live.hub import FRAME_APART_S, FRAME_S, NEWS_S, Hub, Viewer
 from server.live.status import StatusView
 from server.log.audit import LARGEST, Audit, AuditEntry
@@ -54,12 +51,11 @@ from server.plots.feed import Plots
 from server.plots.layouts import Layouts
 from server.recorder.automatic import Automatic
 from server.recorder.by_hand import RecordingByHand
-from server.recorder.client import RecorderClient, launch
+from server.recorder.client import RECORDER_S, RecorderClient, RecorderWatch, launch
 from server.recorder.exports import EXPORTS_S, Exports
 from server.recorder.folder import Reader, RecordingsFolder
 from server.recorder.quota_watch import QUOTA_S, QuotaWatch
 from server.recorder.review import Review
-from server.recorder.watch import RECORDER_S, RecorderWatch
 from server.rig.client import Rig
 from server.rig.history import History, Largest
 from server.rig.planner import Planner

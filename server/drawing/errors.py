@@ -1,4 +1,4 @@
-"""What is asked for by a name that no one gave."""
+"""What is asked for by a name that no one gave; the planner raises it, so nothing of the web framework is imported."""
 
 from server.http.errors import NotFound
 

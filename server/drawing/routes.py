@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Response
 
 from controller.reference import lettering
-from server.access.asking import Holder
+from server.access.permit import Holder
 from server.drawing import planning
 from server.drawing.imported import imported, proposed
 from server.drawing.messages import (

@@ -11,8 +11,8 @@ from controller.system.whole_file import read_whole
 from server.access.permit import Permit
 from server.hardware import order_files
 from server.hardware.actuator import described
-from server.hardware.change import Change
 from server.hardware.messages import RigFileState
+from server.hardware.outcomes import Change
 from server.http.given import given
 from server.rig.planner import Planner
 

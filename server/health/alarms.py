@@ -1,12 +1,34 @@
-"""Alarm limits per user, in the server's state folder."""
+"""Alarm limits per user, in the server's state folder, and the log's line when a figure has passed the operator's."""
 
+import math
+import time
+from collections import deque
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Annotated
+from typing import Annotated, Any
 
 from server.access.user_files import UserFiles
-from server.health.messages import AlarmLimits
+from server.health.messages import AlarmLimits, Limit
 from server.http.given import given
 from server.http.who import Identity
+from server.log.events import EventLog
+
+JUDGED_S = 1.0
+"""From one judgement to the next."""
+SAID_APART_S = 10.0
+"""Least time between two lines about the same figure."""
+MINUTE = 60
+"""Judgements over which ticks are counted."""
+NAMES = {
+    "round_trip": "round trip",
+    "command_age": "command age",
+    "lateness_p99": "lateness p99",
+    "lost_ticks": "lost ticks",
+    "on_time": "on-time share",
+    "residual": "observer residual",
+}
+UNITS = {"lost_ticks": (1.0, ""), "on_time": (1e2, " %"), "residual": (1e3, " mm")}
+MILLISECONDS = (1e3, " ms")
 
 
 class Alarms:
@@ -46,3 +68,69 @@ class Alarms:
 
 
 GivenAlarms = Annotated[Alarms, given(Alarms)]
+
+
+class AlarmWatch:
+    """Once a second: has a figure passed the operator's red limit? The log says so, in one line that counts crossings.
+
+    `newest` gives the newest row, None while there is no rig; `command_age` the largest since it was last asked [s],
+    `lateness` the p99 of the last ticks [s], `limits` those of the operator, `round_trip` that of the operator's page.
+    """
+
+    def __init__(
+        self,
+        newest: Callable[[], Any | None],
+        command_age: Callable[[], float],
+        lateness: Callable[[], float],
+        round_trip: Callable[[], float],
+        limits: Callable[[], AlarmLimits],
+        events: EventLog,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._newest, self._command_age, self._lateness, self._round_trip = newest, command_age, lateness, round_trip
+        self._limits, self._events, self._now = limits, events, now
+        self._marks: deque[tuple[int, int]] = deque(maxlen=MINUTE + 1)
+        self._red: set[str] = set()
+        self._said: dict[str, float] = {}
+
+    def judge(self) -> None:
+        """Judge the last second."""
+        row = self._newest()
+        if row is None:
+            self._marks.clear()
+            return
+        limits = self._limits()
+        for name, value in self._figures(row).items():
+            self._judge(name, value, getattr(limits, name))
+
+    def _figures(self, row: Any) -> dict[str, float]:
+        """Every figure in SI units, nan where it is not known."""
+        slot, lost = int(row["slot"]), int(row["lost"])
+        if self._marks and slot < self._marks[-1][0]:
+            self._marks.clear()
+        self._marks.append((slot, lost))
+        slots, gone = slot - self._marks[0][0], lost - self._marks[0][1]
+        return {
+            "round_trip": self._round_trip(),
+            "command_age": self._command_age(),
+            "lateness_p99": self._lateness(),
+            "lost_ticks": gone,
+            "on_time": 1.0 - gone / slots if slots else math.nan,
+            "residual": float(row["residual"]),
+        }
+
+    def _judge(self, name: str, value: float, limit: Limit) -> None:
+        """A figure that was red is news again only after it has been good, and not before SAID_APART_S."""
+        if not limit.passed(value, limit.amber):
+            self._red.discard(name)
+        fresh = limit.passed(value, limit.red) and name not in self._red
+        if fresh and self._now() - self._said.get(name, -math.inf) >= SAID_APART_S:
+            self._red.add(name)
+            self._said[name] = self._now()
+            text = f"{NAMES[name]} {_shown(name, value)} is {limit.side} the limit of {_shown(name, limit.red)}"
+            self._events.add(text, "warning", f"alarm {name}")
+
+
+def _shown(name: str, value: float) -> str:
+    scale, unit = UNITS.get(name, MILLISECONDS)
+    return f"{value * scale:.4g}{unit}"

@@ -11,8 +11,8 @@ from prometheus_client.registry import Collector
 from controller.schema.modes import Mode
 from server.access.lease import OperatorLease
 from server.health.loop_health import LoopWatch
+from server.http.answers import RefusedCounts
 from server.http.given import given
-from server.http.refused import RefusedCounts
 from server.operate.pages import Pages
 from server.recorder.client import RecorderClient
 from server.rig.client import Rig

@@ -1,6 +1,8 @@
-"""The one form of every refusal, and when which is given: all routes document it from here."""
+"""The one form of every refusal, when which is given, and how many were: all routes document it from here."""
 
 import math
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic import JsonValue
@@ -94,3 +96,20 @@ def file(*media: str) -> dict[int | str, dict[str, Any]]:
 
 def _binary(*media: str) -> dict[str, Any]:
     return {one: {"schema": {"type": "string", "format": "binary"}} for one in media}
+
+
+@dataclass
+class RefusedCounts:
+    """Since this server started: a rising number is someone's mistake, or an attempt. Only the event loop counts."""
+
+    requests: Counter[int] = field(default_factory=Counter)
+    """Requests and sockets by the status of their answer, 400 and above."""
+    messages: int = 0
+    """Messages on live sockets."""
+    signatures: int = 0
+    """Cookies that this server did not sign, or not with its present token."""
+
+    def answer(self, status: int) -> None:
+        """Count an answer, if it is a refusal."""
+        if status >= 400:
+            self.requests[status] += 1

@@ -8,6 +8,8 @@ from starlette.types import Message, Scope, Send
 
 from server.http.frames import ISOLATION
 
+STARTS = ("http.response.start", "websocket.http.response.start")
+"""Messages that carry the status and the headers of an answer."""
 _HOST = re.compile(r"[\w.:\[\]-]+")
 _FOREIGN = ("/viser", "/rerun")
 _UNUSED = (
@@ -47,7 +49,7 @@ def with_headers(scope: Scope, send: Send) -> Send:
     """`send`, with these headers on what is answered."""
 
     async def send_with_headers(message: Message) -> None:
-        if message["type"] in ("http.response.start", "websocket.http.response.start"):
+        if message["type"] in STARTS:
             headers = MutableHeaders(scope=message)
             headers[TIME] = repr(server_time())
             for name, value in _security(scope).items():

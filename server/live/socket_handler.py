@@ -11,8 +11,8 @@ from pydantic_core import from_json
 
 from controller.errors import TendrilError, sentence
 from controller.schema.messages import CommandReply
+from server.http.answers import RefusedCounts
 from server.http.rates import POLICY, Rates, Verdict
-from server.http.refused import RefusedCounts
 from server.live.hub import Viewer
 from server.live.messages import FromBrowser, Ping, Pong, Refused, Reply
 from server.operate.messages import EStop, Presence, Release, Target

@@ -6,22 +6,30 @@ from collections.abc import Callable, Iterable
 from datetime import UTC, datetime, timedelta
 from typing import Annotated, Literal
 
+from fastapi import Request
+from pydantic import BaseModel
+
 from controller.schema.layout import Model
 from controller.schema.messages import CommandReply
 from controller.schema.modes import Cause, Mode
-from server.http.given import given
+from recordings.format.messages import Level
+from server.http.given import given, part_of
 from server.http.rates import LINE, Bucket, Rate
 from server.log.audit import tell
 from server.log.event_file import EventFile
 from server.log.line_writer import LineWriter
 
-Level = Literal["info", "warning", "error"]
 REPEATED = timedelta(minutes=10)
 """What is said about the same subject again within this time takes the place of the line before."""
 MUTED = Rate("notes of lines left out", 1, 1 / 60)
 
 
 log = logging.getLogger(__name__)
+
+_READING = ("GET", "HEAD", "OPTIONS")
+_LONGEST = 200
+"""Characters of a reason that are kept: it may quote what a stranger sent."""
+_NAME = 40
 
 
 class LogEntry(Model):
@@ -130,3 +138,34 @@ GivenEvents = Annotated[EventLog, given(EventLog)]
 def words(member: Mode | Cause) -> str:
     """A mode or a cause as people read it."""
     return member.name.replace("_", " ").lower() if isinstance(member, Cause) else member.name.replace("_", "-")
+
+
+class _Asked(BaseModel):
+    """The part of a command's body that names it, right or wrong."""
+
+    request: str
+
+
+async def note_refusal(request: Request, reason: str) -> None:
+    """Write the refusal of `request` into the log."""
+    if request.method in _READING:
+        return
+    part_of(request, EventLog).refused(_who(request), await _what(request), reason[:_LONGEST])
+
+
+def _who(request: Request) -> str:
+    who = request.state.who
+    if who is not None:
+        return str(who.name)
+    return f"someone at {request.client.host}" if request.client else "someone"
+
+
+async def _what(request: Request) -> str:
+    """The rig's request by its own name, everything else by the name of its route."""
+    name: str = request.scope["route"].name
+    if name == "command":
+        try:
+            name = _Asked.model_validate_json(await request.body()).request
+        except ValueError:
+            pass  # no JSON, or none that names a request
+    return name[:_NAME].replace("_", "-" if name == "e_stop" else " ")

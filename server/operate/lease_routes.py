@@ -3,9 +3,9 @@
 from fastapi import APIRouter
 
 from controller.errors import CommandRefused
-from server.access.asking import Holder
 from server.access.lease import GivenLease
 from server.access.messages import Lease
+from server.access.permit import Holder
 from server.http.who import Me
 from server.log.events import GivenEvents
 from server.operate.messages import LeaseBody, SessionTag

@@ -3,7 +3,8 @@
 from controller.schema.modes import Cause, Mode
 from controller.schema.states import LIVE
 from controller.system.event_bus import EventBus
-from server.log.events import EventLog, Level, words
+from recordings.format.messages import Level
+from server.log.events import EventLog, words
 from server.operate.events import BootChanged, LeaseChanged, ModeChanged, ObserverReseated, TroubleChanged
 from server.operate.operator import Operator
 from server.operate.settings import too_strong

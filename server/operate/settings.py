@@ -12,8 +12,7 @@ from controller.errors import CommandRefused, ParameterError
 from controller.schema.messages import RigInfo
 from controller.schema.parameters import Settings
 from controller.system.state_file import StateFile
-from server.access.asking import Permitted
-from server.access.permit import Permit
+from server.access.permit import Permit, Permitted
 from server.http.given import given
 from server.http.problems import malformed
 from server.log.events import EventLog

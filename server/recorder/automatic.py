@@ -13,13 +13,13 @@ from recordings.format.annotations import Annotation
 from recordings.format.messages import FAULT, Recording, by_itself
 from recordings.write.session import Context
 from server.log.events import EventLog, words
+from server.operate.procedure.procedure import STOPPED
 from server.recorder.client import Interrupted, RecorderClient
 from server.recorder.review import Review
 from server.rig.client import Rig
 
 AFTER = 10.0
 """So long after a fault the recording of it ends, whatever it was begun for [s]."""
-STOPPED = (Mode.FAULT, Mode.E_STOP)
 CALM = (None, Mode.VENTED, *STOPPED)
 """From these a fault or stop says nothing about a motion."""
 

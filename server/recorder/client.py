@@ -29,6 +29,7 @@ from recordings.live.channel import Message, News, Order, Question, Seen, connec
 from recordings.write.session import Context
 from recordings.write.writer import ENDED
 from server.http.given import given
+from server.log.events import EventLog
 
 log = logging.getLogger(__name__)
 
@@ -45,6 +46,8 @@ NOTES_MAX = 500
 """Lines of the log and the like that may wait for it."""
 KILLED = "the process that wrote it was killed"
 PLAIN = Context()
+RECORDER_S = 0.1
+"""Between two looks: a disk that hangs is found out by them."""
 
 
 class Interrupted(NamedTuple):
@@ -260,3 +263,18 @@ class RecorderClient:
 
 
 GivenRecorder = Annotated[RecorderClient, given(RecorderClient)]
+
+
+class RecorderWatch:
+    """Says once in the log why a recording ended by itself: no one may be looking at the recorder's state."""
+
+    def __init__(self, recorder: RecorderClient, events: EventLog) -> None:
+        self._recorder, self._events = recorder, events
+        self._told = ""
+
+    def look(self) -> None:
+        """Look once."""
+        problem = self._recorder.state().problem
+        if problem and problem != self._told:
+            self._events.add(problem, "error")
+        self._told = problem

@@ -14,7 +14,7 @@ from recordings.exporting.signals import SignalInfo, offered
 from recordings.exporting.table import Choice
 from recordings.format.messages import Recording
 from recordings.importing.tip import import_text
-from server.access.asking import Holder
+from server.access.permit import Holder
 from server.http import answers
 from server.log.events import GivenEvents
 from server.recorder.exports import BINARY, MEDIA, ExportMade, GivenExports, size

@@ -1,30 +1,32 @@
-"""Recordings: start, stop, list, quick look, edit, remove, download."""
+"""Recordings: start, stop, list, quick look, edit, remove, download; and their bookmarks."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from fastapi import APIRouter, Query, Response
+from fastapi import Path as InPath
 from pydantic import Field as Bounds
 from pydantic import TypeAdapter
 from starlette.responses import FileResponse, StreamingResponse
 
 from controller.schema.layout import Model
 from recordings.format import frames
-from recordings.format.messages import Profile, Recording, RecordingState
+from recordings.format.messages import BOOKMARKS_MAX, Bookmark, Profile, Recording, RecordingState
 from recordings.format.profiles import PROFILES, ProfileInfo
 from recordings.read.metrics import Measured
 from recordings.read.query import matching, ordered
 from recordings.read.quick import POINTS, Quick, quick_look
-from recordings.store.edits import Edit
+from recordings.store.edits import BookmarkLabel, Edit, with_label, without_bookmark
 from recordings.store.finishing import measured
 from recordings.store.store import Store
-from server.access.asking import Holder
+from server.access.permit import Holder
 from server.http import answers
 from server.http.who import Me
 from server.log.events import GivenEvents
 from server.recorder.by_hand import GivenRecordingByHand
 from server.recorder.client import GivenRecorder
+from server.recorder.exports import BINARY
 from server.recorder.folder import GivenFolder
 from server.recorder.review import GivenReview
 
@@ -37,8 +39,6 @@ class RecordingBody(Model):
 
 
 router = APIRouter(tags=["recordings"])
-
-BINARY = "application/octet-stream"
 
 LIST = TypeAdapter(list[Recording])
 
@@ -175,3 +175,34 @@ async def recording_quick(id: str, folder: GivenFolder, points: Points = POINTS,
     path = await folder.look(folder.store.path, id)
     text = await folder.quick_for_all(quick_look, path, points, tuple(signals))
     return Response(text, media_type="application/json", headers={"cache-control": "no-store"})
+
+
+Number = Annotated[int, InPath(ge=1, le=BOOKMARKS_MAX)]
+"""Of a bookmark: set by who operates while a recording runs, named and removed by anyone who operates, seen by all."""
+
+
+@router.post("/api/recordings/current/bookmarks")
+async def set_bookmark(body: BookmarkLabel, hand: GivenRecordingByHand, who: Holder) -> Bookmark:
+    """Mark the newest row of the recording that runs; 409 when none does, or it has 100 bookmarks already."""
+    return await hand.mark(body.label, who.name)
+
+
+@router.patch("/api/recordings/{id}/bookmarks/{n}")
+async def name_bookmark(
+    id: str, n: Number, body: BookmarkLabel, recorder: GivenRecorder, folder: GivenFolder, who: Me
+) -> Recording:
+    """Give a bookmark another label, "" for none; 404 when there is no such one."""
+    found = await folder.look(folder.store.revise, id, lambda found: with_label(found, n, body.label))
+    recorder.bookmarked(found)
+    return found
+
+
+@router.delete("/api/recordings/{id}/bookmarks/{n}")
+async def remove_bookmark(
+    id: str, n: Number, recorder: GivenRecorder, folder: GivenFolder, who: Me, events: GivenEvents
+) -> Recording:
+    """Remove a bookmark; 404 when there is no such one."""
+    found = await folder.look(folder.store.revise, id, lambda found: without_bookmark(found, n))
+    recorder.bookmarked(found)
+    events.add(f"{who.name}: bookmark {n} of recording {id} removed")
+    return found

@@ -7,7 +7,7 @@ from fastapi import APIRouter
 
 from controller.errors import CommandRefused
 from controller.schema.messages import TwinFaults, TwinTime
-from server.access.asking import Permitted
+from server.access.permit import Permitted
 from server.log.events import GivenEvents
 from server.rig.client import GivenRig, Rig
 

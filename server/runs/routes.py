@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from starlette.responses import StreamingResponse
 
 from controller.errors import TendrilError
-from server.access.asking import Permitted
+from server.access.permit import Permitted
 from server.http import answers
 from server.http.answers import JSON_LINES, json_line
 from server.operate.operator import GivenOperator

@@ -15,9 +15,9 @@ from controller.errors import CommandRefused, NotAllowed, RigUnreachable, Tendri
 from controller.schema.messages import RigInfo
 from controller.schema.modes import Request
 from recordings.format.annotations import Approach
+from recordings.format.messages import Level
 from server.access.permit import Permit, own
 from server.http.given import given
-from server.log.events import Level
 from server.operate.procedure.motion import ROW_POLL_S
 from server.operate.procedure.procedure import GONE, RESTARTED, Procedure, Procedures
 from server.recorder.automatic import Automatic

@@ -14,8 +14,7 @@ import msgpack  # type: ignore[import-untyped]
 from controller.errors import NotAllowed
 from server.http.who import Identity
 from server.operate.target_control import TargetContext, TargetControl
-from server.scene.gizmo import GIZMO, Point
-from server.scene.scene import Scene
+from server.scene.scene import GIZMO, Point, Scene
 
 CAMERA = "ViewerCameraMessage"
 START, UPDATE, END = (f"TransformControls{phase}Message" for phase in ("DragStart", "Update", "DragEnd"))

@@ -19,18 +19,22 @@ import viser
 
 from controller.arrays import Array, Rows
 from controller.schema.actuator import Actuator
+from controller.schema.modes import Mode
+from controller.schema.states import MOVING
 from controller.system.thread import SupervisedThread
 from server.http.given import given
 from server.http.who import Identity
 from server.scene.body import Body, moved
 from server.scene.camera import Camera, camera_of
-from server.scene.gizmo import Gizmo, Point, gizmo_point
 from server.scene.messages import View
 from server.scene.playback import TRAIL
 from server.scene.view_session import GROUND, ViewSession, ViewSessions
 
 log = logging.getLogger(__name__)
 
+GIZMO = "/live/target"
+"""The gizmo's name in the scene."""
+Point = tuple[float, float]
 RATE = 30.0
 LAST = 5.0
 """Longest wait for the update that is under way at the end [s]."""
@@ -38,6 +42,35 @@ STILL_S = 0.2
 """What has not moved is shown as it is this often, so that drift and the trail do not wait for a move."""
 TRAIL_STEP = 5e-4
 """Way of the tip after which the trail grows [m]."""
+
+
+class Gizmo:
+    """A handle in the plane, the only thing in viser that a session may drag; drag.py decides what that means."""
+
+    def __init__(self, scene: viser.SceneApi, at: Point) -> None:
+        self._controls = scene.add_transform_controls(
+            GIZMO,
+            scale=0.1,
+            active_axes=(True, True, False),
+            disable_axes=True,
+            disable_rotations=True,
+            depth_test=False,
+            position=(*at, 0.0),
+        )
+
+    def place(self, at: Point, again: bool) -> None:
+        """Move it; `again` sends the pose even where the server believes it is there already."""
+        if again:
+            self._controls.position = (at[0], at[1], 1e-6)
+        self._controls.position = (at[0], at[1], 0.0)
+
+
+def gizmo_point(row: Any) -> Point:
+    """Where the gizmo belongs: on the target while following, else where a drag would start, on the tip."""
+    mode = int(row["mode"])
+    field = "target" if mode in MOVING else "p_ref" if mode == Mode.HOLD else "p_hat"
+    x, y = float(row[field][0]), float(row[field][1])
+    return (x, y) if np.isfinite(x + y) else (0.0, 0.0)
 
 
 class Scene:

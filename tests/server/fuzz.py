@@ -7,7 +7,7 @@ from typing import Any
 import msgpack
 
 from server.scene.drag import CAMERA, END, START, UPDATE
-from server.scene.gizmo import GIZMO
+from server.scene.scene import GIZMO
 
 NUMBERS = (0, -1, 1e308, -1e308, float("nan"), float("inf"), 2**31, 2**63, -(2**64), 10**400, 1e-320, 0.1, 3)
 ODD: tuple[Any, ...] = (*NUMBERS, None, True, "", "\0", "\u202e", "x" * 3000, [], {}, [[]], {"x": {}}, [None] * 500)

@@ -5,7 +5,7 @@ import asyncio
 from fastapi import APIRouter, Response
 from fastapi.responses import HTMLResponse
 
-from server.access.asking import Permitted
+from server.access.permit import Permitted
 from server.hardware.commissioning.commissioning import GivenCommissioning
 from server.hardware.commissioning.messages import (
     CaptureBody,

@@ -9,6 +9,7 @@ from controller.schema.layout import Model
 from controller.schema.messages import Coordinate
 from recordings.format.messages import Label, Profile
 from server.drawing.messages import DrawingName, Name
+from server.operate.procedure.procedure import State
 
 MacroName = Annotated[str, spelled(r"^[\w .+()-]{1,40}$", "1 to 40 letters, digits, blanks and _ . + - ( )")]
 STEPS_MAX = 100
@@ -129,10 +130,6 @@ class Macro(MacroBody):
     """One that is kept."""
 
     name: MacroName
-
-
-State = Literal["running", "done", "ended"]
-"""Done: to its last step; ended: before that."""
 
 
 class MacroState(Model):

@@ -4,7 +4,7 @@ import asyncio
 
 from fastapi import APIRouter
 
-from server.access.asking import Permitted
+from server.access.permit import Permitted
 from server.http.who import Me
 from server.operate.operator import GivenOperator
 from server.runs.macros.macros import GivenMacros

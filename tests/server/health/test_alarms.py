@@ -9,7 +9,7 @@ import pytest
 
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from server.health.alarm_watch import AlarmWatch
+from server.health.alarms import AlarmWatch
 from server.health.messages import AlarmLimits
 from server.log.events import EventLog
 from server.rig.history import History, Largest

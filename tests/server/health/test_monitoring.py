@@ -7,8 +7,7 @@ import pytest
 from prometheus_client import Metric
 from prometheus_client.parser import text_string_to_metric_families
 
-from server.access.gate import Gate
-from server.access.hosts import Hosts
+from server.access.gate import Gate, Hosts
 from server.access.sessions import FAILURES
 from server.health import healthz
 from tests.server.live_server import TOKEN, TestServer, wait_for

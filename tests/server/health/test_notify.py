@@ -23,8 +23,7 @@ from controller.system.scheduler import Scheduler
 from server.access.lease import OperatorLease
 from server.app.up import environment
 from server.health.messages import Notice
-from server.health.notices import Notices
-from server.health.webhook import ATTEMPTS, QUEUED, Webhook
+from server.health.notices import ATTEMPTS, QUEUED, Notices, Webhook
 from server.log.events import EventLog
 from server.operate.detector import ChangeDetector
 from server.operate.operator import Operator

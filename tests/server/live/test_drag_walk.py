@@ -32,8 +32,8 @@ from server.access.lease import OperatorLease
 from server.access.permit import Permit, Permits
 from server.access.sessions import Sessions
 from server.access.tokens import Secrets
+from server.http.answers import RefusedCounts
 from server.http.rates import Rates
-from server.http.refused import RefusedCounts
 from server.live.hub import Viewer
 from server.live.socket_handler import SocketContext, SocketHandler
 from server.log.events import EventLog

@@ -1,6 +1,6 @@
 """rerun's page is changed where we mean it, and its files are kept by browsers."""
 
-from server.recorder.rerun_page import CHANGES, VERSION, rerun_page
+from server.recorder.rerun_routes import CHANGES, VERSION, rerun_page
 from tests.server.live_server import TestServer, wait_for
 
 

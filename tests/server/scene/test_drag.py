@@ -14,8 +14,7 @@ from server.operate.operator import Operator
 from server.operate.target_control import TargetContext
 from server.rig.history import History
 from server.scene.drag import CAMERA, END, START, UPDATE, Drag
-from server.scene.gizmo import GIZMO
-from server.scene.scene import Scene
+from server.scene.scene import GIZMO, Scene
 from tests.server.leave import permits_of
 
 ANN, BOB = Identity("a", "ann"), Identity("b", "bob")

@@ -11,7 +11,7 @@ from websockets.sync.client import ClientConnection
 
 from controller.schema.modes import Mode
 from server.scene.drag import CAMERA, END, START, UPDATE
-from server.scene.gizmo import GIZMO
+from server.scene.scene import GIZMO
 from tests.server.live_server import Page, TestServer, wait_for
 
 pytestmark = [pytest.mark.alone, pytest.mark.keyed()]
