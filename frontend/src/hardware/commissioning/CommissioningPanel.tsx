@@ -55,9 +55,7 @@ export function CommissioningPanel() {
             state={state}
             open={open === step.name}
             refusal={open === step.name ? refusal : ""}
-            toggle={() => {
-              setChosen({ step: open === step.name ? null : step.name, done });
-            }}
+            toggle={() => setChosen({ step: open === step.name ? null : step.name, done })}
           />
         ))}
       </ol>

@@ -114,9 +114,7 @@ function FaultField({ fault, value, inject }: FieldProps) {
       clampBehavior="strict"
       hint={`0 … ${max} ${unit}`}
       reason={reason}
-      send={(wanted) => {
-        inject({ [name]: wanted / scale });
-      }}
+      send={(wanted) => inject({ [name]: wanted / scale })}
     />
   );
 }

@@ -45,12 +45,7 @@ export function MacroEditor({ draft }: { readonly draft: Draft }) {
                 }}
               />
               <span className="macro-given">
-                <StepFields
-                  step={step}
-                  change={(next) => {
-                    put(steps.with(i, next));
-                  }}
-                />
+                <StepFields step={step} change={(next) => put(steps.with(i, next))} />
               </span>
             </span>
             <StepButtons steps={steps} i={i} put={put} />

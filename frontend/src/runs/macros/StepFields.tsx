@@ -26,15 +26,9 @@ export function StepFields({ step, change }: Props) {
     case "target":
       return (
         <>
-          <Millimetres
-            label="x"
-            value={step.x}
-            send={(x) => {
-              change({ ...step, x });
-            }}
-          />{" "}
+          <Millimetres label="x" value={step.x} send={(x) => change({ ...step, x })} />{" "}
           {/* prettier-ignore */}
-          <Millimetres label="y" value={step.y} send={(y) => { change({ ...step, y }); }} />{" "}
+          <Millimetres label="y" value={step.y} send={(y) => change({ ...step, y })} />{" "}
           {/* prettier-ignore */}
         </>
       );
@@ -47,17 +41,15 @@ export function StepFields({ step, change }: Props) {
             value={step.seconds}
             min={0.1}
             max={3600}
-            send={(seconds) => {
-              change({ ...step, seconds });
-            }}
+            send={(seconds) => change({ ...step, seconds })}
           />
           <span className="unit">s</span>
         </span>
       );
     case "record":
-      return <Words label="Name of the recording" value={step.name} send={(name) => { change({ ...step, name }); }} />; // prettier-ignore
+      return <Words label="Name of the recording" value={step.name} send={(name) => change({ ...step, name })} />; // prettier-ignore
     case "mark":
-      return <Words label="Label of the bookmark" value={step.label} send={(label) => { change({ ...step, label }); }} />; // prettier-ignore
+      return <Words label="Label of the bookmark" value={step.label} send={(label) => change({ ...step, label })} />; // prettier-ignore
     case "arm":
     case "hold":
     case "clear":
@@ -85,16 +77,9 @@ type FollowedProps = Props<FollowStep> & Pick<ChoiceProps, "label" | "names">;
 function Followed({ label, names, step, change }: FollowedProps) {
   return (
     <>
-      <Choice
-        label={label}
-        value={step.name}
-        names={names}
-        send={(name) => {
-          change({ ...step, name });
-        }}
-      />{" "}
+      <Choice label={label} value={step.name} names={names} send={(name) => change({ ...step, name })} />{" "}
       {/* prettier-ignore */}
-      <Laps value={step.laps} send={(laps) => { change({ ...step, laps }); }} /> {/* prettier-ignore */}
+      <Laps value={step.laps} send={(laps) => change({ ...step, laps })} /> {/* prettier-ignore */}
     </>
   );
 }
@@ -107,7 +92,7 @@ function Presets({ step, change }: Props<Extract<MacroStep, { do: "preset" }>>) 
       () => undefined, // what is chosen stays
     );
   }, []);
-  return <Choice label="Preset of gains" value={step.name} names={names} send={(name) => { change({ ...step, name }); }} />; // prettier-ignore
+  return <Choice label="Preset of gains" value={step.name} names={names} send={(name) => change({ ...step, name })} />; // prettier-ignore
 }
 
 interface Named {
@@ -147,9 +132,7 @@ function Laps({ value, send }: { readonly value: number; readonly send: (laps: n
         value={value}
         min={1}
         max={1000}
-        send={(laps) => {
-          send(Math.round(laps));
-        }}
+        send={(laps) => send(Math.round(laps))}
       />
       <span className="unit">laps</span>
     </span>
@@ -173,9 +156,7 @@ function Millimetres({ label, value, send }: MillimetresProps) {
         value={rounded(value * 1e3)}
         min={-2000}
         max={2000}
-        send={(millimetres) => {
-          send(millimetres / 1e3);
-        }}
+        send={(millimetres) => send(millimetres / 1e3)}
       />
       <span className="unit">mm</span>
     </span>
