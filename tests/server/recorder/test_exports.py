@@ -26,6 +26,7 @@ from recordings.exporting import export as export_module
 from recordings.exporting.export import By
 from recordings.exporting.table import Choice, RowReader
 from recordings.format.messages import Recording
+from recordings.read.reader import read_rows
 from server.drawing.messages import DrawingBody
 from server.drawing.recorded import drawing_name
 from server.recorder import export_routes
@@ -81,7 +82,7 @@ def test_the_export_leaves_nothing_behind(
 @pytest.fixture
 def running(server: TestServer) -> Iterator[str]:
     """Id of a recording that the server's own recorder is writing, with 6500 rows at first and more all the time."""
-    recorder, ended = server.recorder, threading.Event()
+    recorder, ended = wait_for(lambda: getattr(server, "recorder", None), "the recorder"), threading.Event()
     id = recorder.start("running", rig_info(), Settings()).id
 
     def write() -> None:
@@ -92,7 +93,8 @@ def running(server: TestServer) -> Iterator[str]:
 
     writer = threading.Thread(target=write)
     writer.start()
-    wait_for(lambda: recorder.state().rows >= len(ROWS), "rows")
+    path = server.services.folder.store.path(id)
+    wait_for(lambda: len(read_rows(path, ("tick",))["tick"]) >= len(ROWS), "rows in the file")
     yield id
     ended.set()
     writer.join()

@@ -74,6 +74,7 @@ def test_a_reader_that_is_killed_again_and_again_leaves_the_recording_as_it_was(
     assert store.path(done.id).read_bytes() == before
 
 
+@pytest.mark.process
 def test_a_finished_recording_opens_from_what_was_kept_beside_it_until_its_data_change(tmp_path: Path) -> None:
     store, id = Store(tmp_path), record_circle(tmp_path, "circle", 3.0).id
     path = store.path(id)
