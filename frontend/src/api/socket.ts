@@ -42,9 +42,7 @@ export class LiveSocket {
     if (this.wanted) return;
     this.wanted = true;
     this.delay = FIRST_DELAY_MS;
-    this.watch = setInterval(() => {
-      this.abandonIfSilent();
-    }, CHECK_MS);
+    this.watch = setInterval(() => this.abandonIfSilent(), CHECK_MS);
     this.connect();
   }
 
@@ -113,9 +111,7 @@ export class LiveSocket {
   }
 
   private retry(): void {
-    this.timer = setTimeout(() => {
-      this.connect();
-    }, this.delay);
+    this.timer = setTimeout(() => this.connect(), this.delay);
     this.delay = Math.min(2 * this.delay, RETRY_DELAY_MAX_MS);
   }
 }

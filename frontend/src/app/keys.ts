@@ -110,7 +110,7 @@ export function hearKeys(services: Services): void {
     if (says(event.data, "escape")) act(keyMap.press(ESCAPE, "widget", performance.now()));
   };
   window.addEventListener("keydown", hear, { capture: true });
-  window.addEventListener("keyup", (event) => { act(keyMap.lift(event.key)); }, { capture: true }); // prettier-ignore
-  window.addEventListener("blur", () => { act(keyMap.liftAll()); }); // prettier-ignore
+  window.addEventListener("keyup", (event) => act(keyMap.lift(event.key)), { capture: true }); // prettier-ignore
+  window.addEventListener("blur", () => act(keyMap.liftAll())); // prettier-ignore
   window.addEventListener("message", hearFrame);
 }

@@ -28,7 +28,7 @@ const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
 /** What opens beside a control leaves the upper edge to state and E-STOP [px]. */
 const BESIDE_STOP = { top: 60, right: 5, bottom: 5, left: 5 };
 
-const notify: Notify = (level, title, text) => {
+const notify: Notify = (level, title, text) =>
   notifications.show({
     id: `${title} ${text}`,
     color: COLOUR[level],
@@ -36,7 +36,6 @@ const notify: Notify = (level, title, text) => {
     message: text,
     autoClose: level === "error" ? 12_000 : 5000,
   });
-};
 
 const theme = createTheme({
   fontFamily: FONT,

@@ -43,9 +43,7 @@ export function wire(notify: Notify, storage: PageStorage): Services {
   const stop = new EmergencyStop({
     bySocket: (n) => socket.send({ type: "e_stop", n }),
     byHttp: stopByHttp,
-    show: (news) => {
-      page.patch({ stop: news });
-    },
+    show: (news) => page.patch({ stop: news }),
     write: operations.note.bind(operations),
     later: (action, delay) => setTimeout(action, delay),
   });
@@ -69,9 +67,8 @@ export function wire(notify: Notify, storage: PageStorage): Services {
   new Planner(drawing.store, page);
   keepRecord(runs, storage);
   keepProfile(page, storage);
-  const lost = (why: string) => {
+  const lost = (why: string) =>
     notify("warning", "A reload will lose the drawing", `${why}: save it on the server, or simplify it`);
-  };
   if (keepDrawing(drawing, storage, lost)) drawing.chooseSource("drawing");
   const connection = new Connection(live, page, socket, {
     answered: targetControl.answered.bind(targetControl),

@@ -47,31 +47,20 @@ export class Connection {
     private readonly listener: ConnectionListener,
   ) {
     socket.tell({
-      opened: () => {
-        page.patch({ online: true, shutOut: "" });
-      },
-      closed: () => {
-        this.closed();
-      },
-      message: (message) => {
-        this.receive(message);
-      },
-      binary: (buffer) => {
+      opened: () => page.patch({ online: true, shutOut: "" }),
+      closed: () => this.closed(),
+      message: (message) => this.receive(message),
+      binary: (buffer) =>
         this.guard(() => {
           this.frame(buffer);
-        });
-      },
+        }),
     });
   }
 
   /** Start the clocks, and connect if this browser has a session; else the page asks for the token. */
   async start(): Promise<void> {
-    setInterval(() => {
-      this.checkRig(performance.now());
-    }, CHECK_MS);
-    setInterval(() => {
-      this.ping();
-    }, PING_MS);
+    setInterval(() => this.checkRig(performance.now()), CHECK_MS);
+    setInterval(() => this.ping(), PING_MS);
     this.startPresence();
     this.tabs.onmessage = () => void this.enter();
     await this.enter();
@@ -103,9 +92,7 @@ export class Connection {
         "this page's presence worker failed: reload the page",
       );
     };
-    const leave = () => {
-      worker.postMessage(null);
-    };
+    const leave = () => worker.postMessage(null);
     window.addEventListener("pagehide", leave);
     document.addEventListener("freeze", leave);
   }

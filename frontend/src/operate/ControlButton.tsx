@@ -72,9 +72,7 @@ export function ControlButton({
 function useUnread(waits: boolean): boolean {
   const [unread, setUnread] = useState(waits);
   useEffect(() => {
-    const read = setTimeout(() => {
-      setUnread(false);
-    }, UNREAD_MS);
+    const read = setTimeout(() => setUnread(false), UNREAD_MS);
     return () => {
       clearTimeout(read);
     };

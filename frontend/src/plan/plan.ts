@@ -95,7 +95,7 @@ export class Plan implements PlanSurface {
     const listening = new AbortController();
     // A canvas that the browser took away comes back empty.
     for (const canvas of [this.canvases.paper, this.canvases.sketch, this.canvases.figure])
-      canvas.addEventListener("contextrestored", () => { this.change({}); }, listening); // prettier-ignore
+      canvas.addEventListener("contextrestored", () => this.change({}), listening); // prettier-ignore
     const stops = [
       this.services.get(Ticker).every(60, "plan", (now) => {
         pointer.check();

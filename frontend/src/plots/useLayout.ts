@@ -67,9 +67,7 @@ export function useLayout(): Layouts {
   return {
     layout,
     names,
-    change: (change) => {
-      setLayout((old) => (old === null ? null : change(old)));
-    },
+    change: (change) => setLayout((old) => (old === null ? null : change(old))),
     open: (name) =>
       operations.attempt("Layout not opened", async () => {
         setLayout(await layoutOf(name));

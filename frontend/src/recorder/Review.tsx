@@ -23,9 +23,7 @@ export default function Review() {
   const tick = useCallback((id: string, on: boolean) => {
     setTicked((old) => (on ? [...old, id] : old.filter((one) => one !== id)));
   }, []);
-  const back = () => {
-    page.patch({ reviewed: null, compared: [] });
-  };
+  const back = () => page.patch({ reviewed: null, compared: [] });
   const known = opened.map(recordings.find);
   const waits = opened.length > 0 ? known.includes(undefined) : recordings.listed === null;
   if (waits) return recordings.problem === "" ? <Loader m="xl" /> : <Unread {...recordings} />;

@@ -109,9 +109,7 @@ export function useRecordings(search: Search, opened: readonly string[]): Record
       setKnown((old) => ({ ...old, [id]: changed }));
       setListed((old) => old && withRow(old, id, changed));
     };
-    const forgetDeleted = () => {
-      setJustDeleted(null);
-    };
+    const forgetDeleted = () => setJustDeleted(null);
     const change = (id: string, changes: RecordingChanges) =>
       operations.attempt("Recording not changed", async () => {
         put(id, await recordings.change(id, changes));

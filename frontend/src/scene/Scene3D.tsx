@@ -36,9 +36,7 @@ function OpenScene({ onClose }: { readonly onClose: () => void }) {
   const [viewSession] = useState(() => new ViewSession());
   useEffect(() => {
     // The stores live outside React: each change of what the plan shows goes to the viewSession.
-    const show = () => {
-      viewSession.show(sceneLines(page.get(), drawing.store.get(), runs.store.get()));
-    };
+    const show = () => viewSession.show(sceneLines(page.get(), drawing.store.get(), runs.store.get()));
     show();
     const stops = [page, drawing.store, runs.store].map((store) => store.subscribe(show));
     return () => {

@@ -28,9 +28,7 @@ export class Part extends Component<Props, State> {
   override componentDidCatch(error: unknown): void {
     this.context.get(Painters).threw(this.painter, performance.now(), error);
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => {
-      this.setState({ error: null });
-    }, RETRY_MS);
+    this.timer = setTimeout(() => this.setState({ error: null }), RETRY_MS);
   }
 
   override componentDidUpdate(_props: Props, before: State): void {

@@ -84,7 +84,7 @@ export function focusWhenThere(selector: string): void {
   const until = performance.now() + SUCCESSOR_WAIT_MS;
   const given = new AbortController();
   for (const kind of ["keydown", "pointerdown"])
-    window.addEventListener(kind, () => { given.abort(); }, { capture: true, signal: given.signal }); // prettier-ignore
+    window.addEventListener(kind, () => given.abort(), { capture: true, signal: given.signal }); // prettier-ignore
   const look = () => {
     if (given.signal.aborted) return;
     const found = [...document.querySelectorAll(selector)].find(isUsable);

@@ -123,9 +123,7 @@ function JogButton({ chamber }: { readonly chamber: Chamber }) {
   const { jog, store } = useService(Commissioning);
   const held = useStore(store, (seen) => seen.held === chamber);
   const reason = useWhyNot("settings");
-  const release = () => {
-    jog.release(chamber);
-  };
+  const release = () => jog.release(chamber);
   useEffect(() => {
     if (reason !== null) jog.release(chamber);
     return () => {
@@ -134,9 +132,7 @@ function JogButton({ chamber }: { readonly chamber: Chamber }) {
   }, [jog, chamber, reason]);
   useEffect(() => {
     if (!held) return;
-    const letGo = () => {
-      jog.release();
-    };
+    const letGo = () => jog.release();
     window.addEventListener("blur", letGo);
     window.addEventListener("pagehide", letGo);
     document.addEventListener("visibilitychange", letGo);

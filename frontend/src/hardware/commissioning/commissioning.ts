@@ -38,12 +38,8 @@ export class Commissioning {
       await this.take(api.PUT("/api/commissioning/jog", { ...how, body: { chamber } }));
     },
     every: (action, period) => setInterval(action, period),
-    show: (held) => {
-      this.store.patch({ held });
-    },
-    failed: (error) => {
-      this.store.patch({ refusal: textOf(error) });
-    },
+    show: (held) => this.store.patch({ held }),
+    failed: (error) => this.store.patch({ refusal: textOf(error) }),
   });
   /** Requests are numbered: an answer that was overtaken by one to a later request is old. */
   private asked = 0;

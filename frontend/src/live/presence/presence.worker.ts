@@ -5,9 +5,7 @@ import { SIGN_PERIOD_MS, PresenceSigns, type PageName } from "./presence";
 
 const signs = new PresenceSigns({
   now: () => performance.now(),
-  ask: () => {
-    postMessage(null);
-  },
+  ask: () => postMessage(null),
   open: (page, heard, closed) => {
     const socket = new WebSocket(socketUrl(location, `/ws/presence/${page}`));
     socket.onopen = socket.onmessage = heard;
@@ -16,12 +14,8 @@ const signs = new PresenceSigns({
       get isOpen() {
         return socket.readyState === WebSocket.OPEN;
       },
-      send: (text) => {
-        socket.send(text);
-      },
-      close: () => {
-        socket.close();
-      },
+      send: (text) => socket.send(text),
+      close: () => socket.close(),
     };
   },
 });
@@ -29,6 +23,4 @@ const signs = new PresenceSigns({
 onmessage = ({ data }: MessageEvent<PageName>) => {
   signs.answered(data);
 };
-setInterval(() => {
-  signs.tick();
-}, SIGN_PERIOD_MS);
+setInterval(() => signs.tick(), SIGN_PERIOD_MS);

@@ -66,9 +66,7 @@ function shut(): () => void {
 /** A touch anywhere on its way does not take the thumb there; by keys, and for readers of screens, it goes in steps. */
 function Slide({ onDone }: Confirmation) {
   const [at, setAt] = useState(0);
-  const back = () => {
-    setAt(0);
-  };
+  const back = () => setAt(0);
   return (
     <label className="lock-slide">
       Slide to unlock
@@ -101,12 +99,8 @@ function Hold({ onDone }: Confirmation) {
       clearTimeout(timer);
     };
   }, [held, onDone]);
-  const press = () => {
-    setHeld(true);
-  };
-  const lift = () => {
-    setHeld(false);
-  };
+  const press = () => setHeld(true);
+  const lift = () => setHeld(false);
   return (
     <button
       type="button"

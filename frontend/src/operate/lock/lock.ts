@@ -52,9 +52,9 @@ export class TouchLock {
   /** Hear every touch and key of the page, and look at the time. */
   start(): void {
     for (const name of ["pointerdown", "pointermove", "pointerup", "wheel", "keydown"])
-      window.addEventListener(name, () => { this.touched(); }, { capture: true, passive: true }); // prettier-ignore
-    document.addEventListener("visibilitychange", () => { this.look(); }); // prettier-ignore
-    setInterval(() => { this.look(); }, CHECK_MS); // prettier-ignore
+      window.addEventListener(name, () => this.touched(), { capture: true, passive: true }); // prettier-ignore
+    document.addEventListener("visibilitychange", () => this.look()); // prettier-ignore
+    setInterval(() => this.look(), CHECK_MS); // prettier-ignore
   }
 
   /** Someone touched the page, or a frame in it; one that comes too late no longer counts. */

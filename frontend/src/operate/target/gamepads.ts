@@ -29,12 +29,8 @@ export class Gamepads {
     this.hand = new PadHand({
       press: () => targetControl.press(),
       move: (point) => targetControl.move(point, false, true),
-      release: () => {
-        targetControl.release();
-      },
-      hold: () => {
-        operations.holdByKey();
-      },
+      release: () => targetControl.release(),
+      hold: () => operations.holdByKey(),
       reference: () => live.telemetry?.point("p_ref") ?? null,
       speed: () => Math.min(FULL_STICK, page.get().settings?.speed_max ?? FULL_STICK),
     });
@@ -49,9 +45,7 @@ export class Gamepads {
     document.addEventListener("visibilitychange", () => {
       if (document.hidden) this.hand.lose();
     });
-    window.addEventListener("blur", () => {
-      this.hand.lose();
-    });
+    window.addEventListener("blur", () => this.hand.lose());
   }
 
   private poll(now: number): void {

@@ -161,9 +161,7 @@ export class TargetControl {
   private hint(text: string): void {
     if (text !== "") {
       clearTimeout(this.hintTimer);
-      this.hintTimer = setTimeout(() => {
-        this.page.patch({ hint: "" });
-      }, HINT_MS);
+      this.hintTimer = setTimeout(() => this.page.patch({ hint: "" }), HINT_MS);
     }
     this.page.patch({ hint: text });
   }

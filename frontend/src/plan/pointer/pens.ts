@@ -47,12 +47,8 @@ function freehand(drawing: Drawing, start: Point): Gesture {
         if (distance(stroke[stroke.length - 1], point) > POINT_GAP) stroke.push(point);
       drawing.trace([...stroke]);
     },
-    end: () => {
-      drawing.finishStroke();
-    },
-    cancel: () => {
-      drawing.abandon();
-    },
+    end: () => drawing.finishStroke(),
+    cancel: () => drawing.abandon(),
   };
 }
 
@@ -65,13 +61,9 @@ function corner(drawing: Drawing, { point, reach }: Press): Gesture {
   if (last && stroke.length > 1 && distance(last, point) <= reach) return ended(drawing, stroke);
   drawing.trace([...stroke, point]);
   return {
-    move: (points) => {
-      drawing.trace([...stroke, ...points.slice(-1)]);
-    },
+    move: (points) => drawing.trace([...stroke, ...points.slice(-1)]),
     end: () => undefined,
-    cancel: () => {
-      drawing.trace(stroke);
-    },
+    cancel: () => drawing.trace(stroke),
   };
 }
 
@@ -117,9 +109,7 @@ function changing(drawing: Drawing, centre: Point, grip: Grip, from: Point, clic
       drawing.settle();
       if (!moved) clicked?.();
     },
-    cancel: () => {
-      drawing.abandon();
-    },
+    cancel: () => drawing.abandon(),
   };
 }
 
@@ -127,9 +117,7 @@ function changing(drawing: Drawing, centre: Point, grip: Grip, from: Point, clic
 function framing(drawing: Drawing, { point, adds }: Press): Gesture {
   const { pieces, selected } = sketchOf(drawing.store.get());
   const before = adds ? selected : [];
-  const back = () => {
-    drawing.frame(null);
-  };
+  const back = () => drawing.frame(null);
   return {
     move: (points) => {
       const to = points.at(-1);

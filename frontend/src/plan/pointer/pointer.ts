@@ -57,14 +57,14 @@ export class PlanPointer {
     const stop = new AbortController();
     const options = { signal: stop.signal, passive: false };
     const { canvas } = this;
-    canvas.addEventListener("pointerdown", (e) => { this.down(e); }, options); // prettier-ignore
-    canvas.addEventListener(MOVE, (e) => { this.dragTarget(e as PointerEvent); }, options); // prettier-ignore
-    canvas.addEventListener("pointermove", (e) => { this.move(e); }, options); // prettier-ignore
-    canvas.addEventListener("pointermove", (e) => { this.draw(e); }, options); // prettier-ignore
+    canvas.addEventListener("pointerdown", (e) => this.down(e), options); // prettier-ignore
+    canvas.addEventListener(MOVE, (e) => this.dragTarget(e as PointerEvent), options); // prettier-ignore
+    canvas.addEventListener("pointermove", (e) => this.move(e), options); // prettier-ignore
+    canvas.addEventListener("pointermove", (e) => this.draw(e), options); // prettier-ignore
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const)
-      canvas.addEventListener(end, (e) => { this.up(e); }, options); // prettier-ignore
-    canvas.addEventListener("pointerleave", () => { this.on.hover(null, false); }, options); // prettier-ignore
-    canvas.addEventListener("wheel", (e) => { this.wheel(e); }, options); // prettier-ignore
+      canvas.addEventListener(end, (e) => this.up(e), options); // prettier-ignore
+    canvas.addEventListener("pointerleave", () => this.on.hover(null, false), options); // prettier-ignore
+    canvas.addEventListener("wheel", (e) => this.wheel(e), options); // prettier-ignore
     canvas.addEventListener("dblclick", () => { if (!this.on.drawing()) this.on.fit(); }, options); // prettier-ignore
     return () => {
       stop.abort();

@@ -15,9 +15,9 @@ export class Gestures {
   ) {
     const { signal } = this.ending;
     over.addEventListener("wheel", this.wheel, { passive: false, signal });
-    over.addEventListener("dblclick", () => { say({ kind: "whole" }); }, { signal }); // prettier-ignore
-    over.addEventListener("mousedown", () => { say({ kind: "hold", held: true }); }, { signal }); // prettier-ignore
-    window.addEventListener("mouseup", () => { say({ kind: "hold", held: false }); }, { signal }); // prettier-ignore
+    over.addEventListener("dblclick", () => say({ kind: "whole" }), { signal }); // prettier-ignore
+    over.addEventListener("mousedown", () => say({ kind: "hold", held: true }), { signal }); // prettier-ignore
+    window.addEventListener("mouseup", () => say({ kind: "hold", held: false }), { signal }); // prettier-ignore
     new Touches(over, timeAt, say, signal);
   }
 

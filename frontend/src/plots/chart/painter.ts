@@ -49,9 +49,7 @@ export class ChartPainter implements Painter {
     this.readout = new Readout(chart, host);
     this.plot = new uPlot(this.options(host), this.columns(), host);
     this.gestures = new Gestures(this.plot.over, (px) => this.timeAt(px), onGesture);
-    this.plot.over.addEventListener("click", (event) => {
-      this.seek(event.offsetX);
-    });
+    this.plot.over.addEventListener("click", (event) => this.seek(event.offsetX));
   }
 
   destroy(): void {

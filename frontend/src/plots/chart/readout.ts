@@ -28,9 +28,7 @@ export class Readout {
   show(reading: Reading): void {
     this.box.hidden = false;
     this.box.dataset.side = reading.left ? "left" : "right";
-    this.values.forEach((element, i) => {
-      write(element, reading.values[i]);
-    });
+    this.values.forEach((element, i) => write(element, reading.values[i]));
   }
 
   destroy(): void {

@@ -112,7 +112,7 @@ interface MakingProps {
 function Making({ since, onCancel }: MakingProps) {
   const [now, setNow] = useState(since);
   useEffect(() => {
-    const beat = setInterval(() => { setNow(performance.now()); }, 500); // prettier-ignore
+    const beat = setInterval(() => setNow(performance.now()), 500); // prettier-ignore
     return () => {
       clearInterval(beat);
     };

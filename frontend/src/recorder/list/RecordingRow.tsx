@@ -27,9 +27,7 @@ interface Props extends Pick<Recordings, "change" | "remove" | "restore"> {
 }
 
 /** A click anywhere opens it, but on its own controls. */
-const own = (event: MouseEvent) => {
-  event.stopPropagation();
-};
+const own = (event: MouseEvent) => event.stopPropagation();
 
 /**
  * One line: what does not fit is cut with dots and said whole on hover. Of plain elements, and drawn again only when

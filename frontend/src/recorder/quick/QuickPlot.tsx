@@ -77,9 +77,7 @@ export function QuickPlot({ chart, group, unitX, window = null, ...rest }: Props
       if (min !== undefined && max !== undefined) onRange?.({ from: min, to: max });
       onZoom?.(windowOf(plot, window));
     };
-    const marked = (plot: uPlot) => {
-      drawMarks(plot, shown.current, ink);
-    };
+    const marked = (plot: uPlot) => drawMarks(plot, shown.current, ink);
     const plot = new uPlot(
       optionsOf(chart, element, { group, unitX, ink, read, zoomed, marked }),
       chart.columns,

@@ -14,9 +14,7 @@ export function MacroEditor({ draft }: { readonly draft: Draft }) {
   const macros = useService(Macros);
   const list = useStore(macros.store, (state) => state.list);
   const { name, steps } = draft;
-  const put = (next: readonly MacroStep[]) => {
-    macros.change({ steps: next });
-  };
+  const put = (next: readonly MacroStep[]) => macros.change({ steps: next });
   return (
     <>
       <TextInput

@@ -13,9 +13,7 @@ export function typedNumber(typed: Typed): number | null {
 export function useTyped() {
   const [typed, setTyped] = useState<Typed | null>(null);
   /** Show the value in force again, unless another number was typed since this was rendered. */
-  const drop = () => {
-    setTyped((now) => (isSame(now, typed) ? null : now));
-  };
+  const drop = () => setTyped((now) => (isSame(now, typed) ? null : now));
   return { typed, setTyped, drop };
 }
 
