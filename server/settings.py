@@ -52,7 +52,7 @@ class ServerSettings(BaseSettings):
     """A disk that takes nothing for so long ends the recording [s]; the rig's ring and this server hold longer."""
     recordings_quota: Annotated[int, Bounds(ge=0)] | None = None
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
-    orders: Path | None = None
+    restarts: Path | None = None
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
     rig_file: Path | None = None
     """The rig file with which `tendril up` started the rig; None: it was started without one."""

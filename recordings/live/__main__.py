@@ -1,4 +1,4 @@
-"""`python -m recordings.live FD NAME RIG`: the recorder of the order that is read from FD.
+"""`python -m recordings.live FD NAME RIG`: the recorder of the settings that are read from FD.
 
 NAME and RIG are for who looks at the list of processes.
 """
@@ -14,14 +14,14 @@ from controller.system.memory import few_arenas
 from recordings.live.host import Host
 
 with os.fdopen(int(sys.argv[1]), "rb") as given:
-    order, refill, log_format = pickle.load(given)
+    settings, refill, log_format = pickle.load(given)
 few_arenas()
 if log_format == "json":
     log_json("recorder")
 else:
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
 try:
-    host = Host(order, refill)
+    host = Host(settings, refill)
 except OSError:  # another server was faster, and its recorder is ours, too
     sys.exit()
 signal.signal(signal.SIGTERM, lambda *_: host.end())

@@ -23,7 +23,7 @@ PROOF_TIMEOUT_S, SEND_TIMEOUT_S = 5, 5
 
 
 @dataclass(frozen=True)
-class Order:
+class RecorderSettings:
     """What a recorder is to record, and how."""
 
     rig: str
@@ -82,11 +82,11 @@ class Message(NamedTuple):
     """The first message: the recording that goes on was left by a killed server."""
 
 
-def listening(order: Order) -> socket.socket:
+def listening(settings: RecorderSettings) -> socket.socket:
     """The recorder's end; OSError where another recorder has it."""
     found = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        found.bind(order.address)
+        found.bind(settings.address)
         found.listen()
     except OSError:
         found.close()
@@ -102,17 +102,17 @@ def accepted(theirs: socket.socket, key: bytes) -> Connection:
     return _proven(connection)
 
 
-def connected(order: Order) -> Connection:
+def connected(settings: RecorderSettings) -> Connection:
     """The connection with the recorder; errors as above, and where there is none."""
     ours = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
-        ours.connect(order.address)
+        ours.connect(settings.address)
     except OSError:
         ours.close()
         raise
     connection = _timed(ours)
-    answer_challenge(connection, order.key)
-    deliver_challenge(connection, order.key)
+    answer_challenge(connection, settings.key)
+    deliver_challenge(connection, settings.key)
     return _proven(connection)
 
 

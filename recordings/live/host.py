@@ -25,7 +25,7 @@ from controller.schema.parameters import Settings
 from controller.system.memory import give_back
 from recordings.format.annotations import Annotation
 from recordings.format.messages import Bookmark, Recording, RecordingState, by_itself
-from recordings.live.channel import Message, News, Order, Question, Seen, accepted, hang_up, listening
+from recordings.live.channel import Message, News, Question, RecorderSettings, Seen, accepted, hang_up, listening
 from recordings.write.queue import PRE_TRIGGER_ROWS
 from recordings.write.session import Context
 from recordings.write.writer import Recorder
@@ -47,12 +47,12 @@ class Host:
 
     CALLS = ("start", "stop", "mark", "annotate", "bookmarked", "leave")
 
-    def __init__(self, order: Order, refill: bool = False) -> None:
+    def __init__(self, settings: RecorderSettings, refill: bool = False) -> None:
         """OSError where there is such a recorder already. `refill`: the one before was killed, and what came before
         is asked of the rig.
         """
-        self._listening = listening(order)
-        self._order, self._refill = order, refill
+        self._listening = listening(settings)
+        self._settings, self._refill = settings, refill
         self._over = threading.Event()
         self._servers: list[Server] = []
         self._ended: deque[Recording] = deque()
@@ -60,8 +60,10 @@ class Host:
         self._news_of_row = threading.Condition()
         self._left = time.monotonic()
         self._asked = ThreadPoolExecutor(AT_ONCE, "recorder-asked")
-        self.recorder = Recorder(order.folder, order.split, self._ended.append, order.patience)
-        self._link = RigClient(order.endpoint, order.rig, self._take, key=order.key, tls=order.tls, commands=False)
+        self.recorder = Recorder(settings.folder, settings.split, self._ended.append, settings.patience)
+        self._link = RigClient(
+            settings.endpoint, settings.rig, self._take, key=settings.key, tls=settings.tls, commands=False
+        )
         threading.Thread(target=self._accept, name="recorder-servers", daemon=True).start()
 
     def run(self) -> None:
@@ -193,7 +195,7 @@ class Host:
 
     def _serve(self, theirs: socket.socket) -> None:
         try:
-            server = Server(accepted(theirs, self._order.key))
+            server = Server(accepted(theirs, self._settings.key))
         except (OSError, EOFError, AuthenticationError):
             return
         left = not self._servers and self.recorder.state().recording

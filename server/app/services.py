@@ -7,7 +7,7 @@ from controller.system.event_bus import EventBus
 from controller.system.keys import read_key
 from controller.system.scheduler import Scheduler
 from recordings.format.annotations import LogLine
-from recordings.live.channel import Order
+from recordings.live.channel import RecorderSettings
 from recordings.store.store import Store, default_folder
 from server.access.lease import OperatorLease
 from server.access.permit import Permits
@@ -82,7 +82,7 @@ class Services:
         deadly: Callable[[], None] | None = None,
         planner: Planner | None = None,
         reader: Reader | None = None,
-        launch_recorder: Callable[[Order, bool], None] = launch,
+        launch_recorder: Callable[[RecorderSettings, bool], None] = launch,
     ) -> None:
         """Connect to the rig and start all. `deadly` is called where the event loop does not turn any more; `planner`
         and `reader` are used instead of such of its own, and `launch_recorder` starts a recorder where there is none.
@@ -128,13 +128,13 @@ class Services:
         self.audit = Audit(audited, lambda problem: self.events.add(problem, "error"))
         self.rates, self.refused = Rates(self.settings.rate_factor), RefusedCounts()
 
-    def _rig(self, launch_recorder: Callable[[Order, bool], None]) -> None:
+    def _rig(self, launch_recorder: Callable[[RecorderSettings, bool], None]) -> None:
         settings = self.settings
         self.store = Store(settings.recordings or default_folder())
         self.review, self.loop, self.history = Review(self.store, self.reader), LoopWatch(), History()
         self.history.listen(self.loop.add)
         self.rig = Rig(settings, self.history)
-        order = Order(
+        recording = RecorderSettings(
             settings.rig,
             settings.endpoint,
             self.store.folder,
@@ -144,7 +144,7 @@ class Services:
             read_key(settings.key),
         )
         ended = self.review.stopped
-        self.recorder = RecorderClient(order, self.rig.seen, lambda done: ended(done.id), launch_recorder)
+        self.recorder = RecorderClient(recording, self.rig.seen, lambda done: ended(done.id), launch_recorder)
         self.events.listen(lambda event: self.recorder.annotate(LogLine(event.text, event.level)))
         self.permits = Permits(self.lease, self.sessions, self.rig.operator_timeout)
         self.kept = KeptSettings(self._state("settings"), self.events, lambda: self.rig.info)

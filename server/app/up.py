@@ -117,7 +117,7 @@ def run_up(
     with tempfile.TemporaryDirectory(prefix="tendril-") as name:
         folder = Path(name)
         key, endpoint = usable_key(server, folder), free_port(rig.listen)
-        shared = {"endpoint": endpoint, "key_file": key, "orders": folder / "actuator.json"}
+        shared = {"endpoint": endpoint, "key_file": key, "restarts": folder / "actuator.json"}
         child = ServerChild(server.model_copy(update=shared), folder / "server.json")
         try:
             _run_rig(rig.model_copy(update={"listen": endpoint, "key_file": key}), parameters, child, browser, ready)
@@ -211,16 +211,16 @@ def _wait_for_both(supervisor: Supervisor, child: ServerChild) -> ServerReady:
 def _keep_alive(supervisor: Supervisor, child: ServerChild) -> None:
     """Until we are told to end."""
     from server.hardware.actuator import kept_file
-    from server.hardware.orders import Orders
+    from server.hardware.restarts import Restarts
 
-    assert child.settings.orders is not None
-    carried_out = Orders(child.settings.orders, kept_file(child.settings), supervisor)
+    assert child.settings.restarts is not None
+    carried_out = Restarts(child.settings.restarts, kept_file(child.settings), supervisor)
     guard = ErrorGuard()
     while True:
         time.sleep(POLL)
         guard.do("the server's life", child.keep_alive)
         guard.do("the supervisor", lambda: _require_sound(supervisor))
-        guard.do("orders for another actuator", carried_out.look)
+        guard.do("a restart that was asked for", carried_out.look)
 
 
 def _require_sound(supervisor: Supervisor) -> None:

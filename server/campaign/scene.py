@@ -30,7 +30,7 @@ from server.campaign.proxy import Proxy
 from server.campaign.table import BOARD_GAP, GAP
 from server.campaign.waiting import Failed, Skipped, require, wait
 from server.hardware.actuator import kept_file
-from server.hardware.orders import Orders
+from server.hardware.restarts import Restarts
 from server.recorder import client
 from server.settings import ServerSettings
 
@@ -124,10 +124,10 @@ class Scene:
         trace.newest(self.rig)  # loads what reads the ring, or compiles it: later that would cost seconds of a fault
         self.proxy = Proxy(int(self.endpoint.rsplit(":", 1)[1])) if proxied else None
         settings = settings.model_copy(update={"endpoint": self.proxy.endpoint if self.proxy else self.endpoint})
-        self.orders = folder / "orders" / "actuator.json"
-        self.orders.parent.mkdir()
-        settings = settings.model_copy(update={"orders": self.orders})
-        self._carried_out = Orders(self.orders, kept_file(settings), self._supervisor)
+        self.restarts = folder / "restarts" / "actuator.json"
+        self.restarts.parent.mkdir()
+        settings = settings.model_copy(update={"restarts": self.restarts})
+        self._carried_out = Restarts(self.restarts, kept_file(settings), self._supervisor)
         self._server = ServerChild(
             settings, folder / "server.json", program=(inside.__name__, "server.app"), output=self._log
         )

@@ -10,7 +10,7 @@ from controller.errors import CommandRefused, RigUnreachable
 from controller.schema.modes import Mode
 from server.access.permit import Permit
 from server.hardware.messages import ActuatorOutcome
-from server.hardware.order_files import take_outcome
+from server.hardware.restart_files import take_outcome
 from server.http.given import given
 from server.log.events import EventLog
 from server.operate.operator import Operator
@@ -66,10 +66,10 @@ class OutcomeWatch:
 
     def look(self) -> None:
         """A job: see whether there is one."""
-        if self._settings.orders is None or self._blind:
+        if self._settings.restarts is None or self._blind:
             return
         try:
-            outcome = take_outcome(self._settings.orders)
+            outcome = take_outcome(self._settings.restarts)
         except FileNotFoundError:
             return
         except (OSError, ValidationError) as error:

@@ -9,7 +9,7 @@ from controller.schema.parameters import RigParameters, Settings
 from controller.schema.rig_file import parse_rig_file, write_rig_file
 from controller.system.whole_file import read_whole
 from server.access.permit import Permit
-from server.hardware import order_files
+from server.hardware import restart_files
 from server.hardware.actuator import described
 from server.hardware.messages import RigFileState
 from server.hardware.outcomes import Change
@@ -46,7 +46,7 @@ class RigFileKeeper:
             runs = info is not None and found.parameters(path.parent) == info.parameters
         except (OSError, UnicodeDecodeError, ParameterError) as error:
             return RigFileState(path=str(path), text=text, rig=None, reason=str(error), in_force=False)
-        reason = order_files.why_none(self.change.settings.orders, "--rig FILE")
+        reason = restart_files.why_none(self.change.settings.restarts, "--rig FILE")
         return RigFileState(path=str(path), text=text, rig=found, reason=reason, in_force=runs)
 
     async def write(self, text: str, permit: Permit) -> None:
@@ -69,7 +69,7 @@ class RigFileKeeper:
             write_rig_file(path, text)
         except OSError as error:
             raise CommandRefused(f"{path} cannot be written: {error.strerror}") from error
-        order_files.order_rig(self.change.settings.orders, wanted, permit)
+        restart_files.request_rig(self.change.settings.restarts, wanted, permit)
         self.change.ordered(described(wanted), "its changed rig file", permit)
 
     def _path(self) -> Path:

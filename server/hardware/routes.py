@@ -8,7 +8,7 @@ from controller.errors import CommandRefused
 from controller.schema.actuator import PRESETS
 from controller.schema.hardware import Drivers
 from server.access.permit import Permitted
-from server.hardware import order_files
+from server.hardware import restart_files
 from server.hardware.actuator import accepted_actuator, accepted_observer_kappa, accepted_plant, described
 from server.hardware.first_mode.measurement import GivenMeasurement
 from server.hardware.first_mode.messages import FirstModeBody, FirstModeInForce, FirstModeState, in_force
@@ -34,7 +34,7 @@ router = APIRouter()
 @router.get("/api/rig/actuator", tags=["presets"])
 async def read_actuators(settings: GivenSettings, outcomes: GivenOutcomes) -> ActuatorChoice:
     """Which actuators may be chosen, and why none can be."""
-    reason = order_files.why_none(settings.orders)
+    reason = restart_files.why_none(settings.restarts)
     return ActuatorChoice(names=list(PRESETS), reason=reason, failure=outcomes.failure)
 
 
@@ -48,7 +48,7 @@ async def change_actuator(body: ActuatorBody, change: GivenChange, planner: Give
     info, in_force = change.rig.require_info(), change.operator.settings
     actuator = await planner.do(accepted_actuator, body, info.parameters, in_force)
     change.require_rest()
-    order_files.order(change.settings.orders, actuator, body, permit)
+    restart_files.request_actuator(change.settings.restarts, actuator, body, permit)
     change.ordered(actuator.name, f"actuator {actuator.name}", permit)
 
 
@@ -60,7 +60,7 @@ async def change_plant(body: PlantBody, change: GivenChange, planner: GivenPlann
         raise CommandRefused("only a twin has a plant to choose, and this rig is hardware")
     name = await planner.do(accepted_plant, body.plant, info.parameters, in_force)
     change.require_rest()
-    order_files.order_plant(change.settings.orders, body.plant, permit)
+    restart_files.request_plant(change.settings.restarts, body.plant, permit)
     change.ordered(name, name, permit)
 
 
@@ -77,7 +77,7 @@ async def change_observer_kappa(
         raise CommandRefused(f"{file.name} says what the observer's inertia is: change controller.observer_kappa there")
     wanted = await planner.do(accepted_observer_kappa, body.kappa, info.parameters, in_force)
     change.require_rest()
-    order_files.order_rig(change.settings.orders, wanted, permit, "--observer-kappa")
+    restart_files.request_rig(change.settings.restarts, wanted, permit, "--observer-kappa")
     change.ordered(described(wanted), f"kappa = {body.kappa:g} in its observer", permit)
 
 

@@ -25,7 +25,7 @@ from controller.system.logs import logs_json
 from controller.system.thread import SupervisedThread
 from recordings.format.annotations import Annotation
 from recordings.format.messages import Bookmark, Recording, RecordingState
-from recordings.live.channel import Message, News, Order, Question, Seen, connected
+from recordings.live.channel import Message, News, Question, RecorderSettings, Seen, connected
 from recordings.write.session import Context
 from recordings.write.writer import ENDED
 from server.http.given import given
@@ -57,12 +57,12 @@ class Interrupted(NamedTuple):
     ending: bool
 
 
-def launch(order: Order, refill: bool) -> None:
-    """Start the recorder of `order` in a session of its own: it goes on when we are killed."""
+def launch(settings: RecorderSettings, refill: bool) -> None:
+    """Start the recorder of `settings` in a session of its own: it goes on when we are killed."""
     ours, theirs = os.pipe()
-    with os.fdopen(ours, "rb"), os.fdopen(theirs, "wb") as given_order:
-        process = launched((*PROGRAM, str(ours), WRITING, order.rig), None, keep=(ours,))
-        pickle.dump((order, refill, "json" if logs_json() else "text"), given_order)
+    with os.fdopen(ours, "rb"), os.fdopen(theirs, "wb") as given:
+        process = launched((*PROGRAM, str(ours), WRITING, settings.rig), None, keep=(ours,))
+        pickle.dump((settings, refill, "json" if logs_json() else "text"), given)
     threading.Thread(target=process.wait, name="recorder-end", daemon=True).start()  # no zombie is left
 
 
@@ -71,13 +71,13 @@ class RecorderClient:
 
     def __init__(
         self,
-        order: Order,
+        settings: RecorderSettings,
         seen: Callable[[], Seen | None],
         ended: Callable[[Recording], None],
-        launch: Callable[[Order, bool], None] = launch,
+        launch: Callable[[RecorderSettings, bool], None] = launch,
     ) -> None:
         """`seen` is the newest row that we have, and `ended` is told of recordings that ended by themselves, whole."""
-        self._order, self._seen, self._ended, self._launch = order, seen, ended, launch
+        self._settings, self._seen, self._ended, self._launch = settings, seen, ended, launch
         self._news = News(RecordingState(recording=False, id="", seconds=0.0, rows=0, gaps=0), None, "", 0)
         self._connection: Connection | None = None
         self._there, self._closing = threading.Event(), False
@@ -199,7 +199,7 @@ class RecorderClient:
         end, started = time.monotonic() + START_S, False
         while True:
             try:
-                return connected(self._order)
+                return connected(self._settings)
             except (ConnectionRefusedError, FileNotFoundError) as error:
                 if time.monotonic() > end:
                     raise RecordingError("the recorder does not start") from error
@@ -259,7 +259,7 @@ class RecorderClient:
         if lost.running:
             self._interrupted, self._problem = Interrupted(lost.running, self._ending), f"{ENDED}: {KILLED}"
         self._news = self._with_problem(News(lost.state.model_copy(update={"recording": False}), None, "", 0))
-        self._launch(self._order, self._met)
+        self._launch(self._settings, self._met)
 
 
 GivenRecorder = Annotated[RecorderClient, given(RecorderClient)]

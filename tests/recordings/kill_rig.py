@@ -59,7 +59,7 @@ def kill_rig_once(folder: Path, wait: float) -> Outcome:
 
 
 def _lives(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Ticks before and after the restart, in the order of time, by rerun's reader alone."""
+    """Ticks before and after the restart, in the settings of time, by rerun's reader alone."""
     batches = [chunk.to_record_batch() for chunk in RrdReader(path).stream().filter(content=["/ticks", "/state"])]
     moving = [batch for batch in batches if "t" in batch.schema.names]
     t, tick = (np.concatenate([batch.column(n).cast("int64").to_numpy() for batch in moving]) for n in ("t", "tick"))

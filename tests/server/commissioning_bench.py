@@ -81,7 +81,7 @@ def bench_of(endpoint: str, folder: Path) -> Iterator[Bench]:
     free_environment()
     file = folder / "rig.toml"
     file.write_text(RIG)
-    server = TestServer(folder, endpoint, rig_file=file, orders=folder / "orders.json")
+    server = TestServer(folder, endpoint, rig_file=file, restarts=folder / "restarts.json")
     try:
         bench = Bench(server, file)
         try:

@@ -23,7 +23,7 @@ from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode, Request
 from controller.schema.states import TRANSITIONS
 from controller.system.keys import KEY_BYTES
-from recordings.live.channel import Order
+from recordings.live.channel import RecorderSettings
 from recordings.live.host import Host
 from recordings.write.writer import Recorder
 from server.app.app import create_app
@@ -258,8 +258,8 @@ class TestServer:
         wait_for(lambda: self._server.started, "the server")
         self._pages: list[Page] = []
 
-    def _host(self, order: Order, refill: bool) -> None:
-        host = Host(order, refill)
+    def _host(self, settings: RecorderSettings, refill: bool) -> None:
+        host = Host(settings, refill)
         self.recorder = host.recorder
         threading.Thread(target=host.run, name="recorder-host", daemon=True).start()
 

@@ -19,7 +19,7 @@ from controller.simulation.case import Case, Setup, parameters_of
 
 
 @dataclass(frozen=True)
-class Order:
+class Reproduction:
     """What is to be run, on what, and how."""
 
     cases: tuple[Case, ...] = field(default_factory=catalogue)
@@ -50,30 +50,32 @@ class Order:
         return len(self.cases) + len(self.observer) + len(self.without_k_ff) + len(self.to_the_letter)
 
 
-def reproduce(order: Order, progress: Progress, keep: Keep | None = None) -> Results:
+def reproduce(reproduction: Reproduction, progress: Progress, keep: Keep | None = None) -> Results:
     """Run and gather; `progress` is that of `campaign`, which says what is raised. `keep` gets the runs of `cases`."""
     begin = time.monotonic()
-    jobs = [Job(case, order.setup, keep) for case in order.cases]
-    more = (*order.observer, *order.without_k_ff, *order.to_the_letter)
-    runs = campaign([*jobs, *more], order.workers, progress)
-    letter = runs[len(runs) - len(order.to_the_letter) :]
+    jobs = [Job(case, reproduction.setup, keep) for case in reproduction.cases]
+    more = (*reproduction.observer, *reproduction.without_k_ff, *reproduction.to_the_letter)
+    runs = campaign([*jobs, *more], reproduction.workers, progress)
+    letter = runs[len(runs) - len(reproduction.to_the_letter) :]
     own, others = runs[: len(jobs)], runs[len(jobs) : len(runs) - len(letter)]
-    observed, without_k_ff = others[: len(order.observer)], others[len(order.observer) :]
+    observed, without_k_ff = others[: len(reproduction.observer)], others[len(reproduction.observer) :]
     outcomes, failures = finished(own), failed(own)
     sweep = frequency_sweep(outcomes, failures, finished(without_k_ff))
     return Results(
         outcomes=outcomes,
         failures=(*failures, *(replace(one, sentence=f"{one.sentence} (other gains)") for one in failed(others))),
-        rows=with_intervals(result_rows(outcomes, failures, sweep), order.setup, paper_fit(order.setup.twin.plant)),
+        rows=with_intervals(
+            result_rows(outcomes, failures, sweep), reproduction.setup, paper_fit(reproduction.setup.twin.plant)
+        ),
         sensing=sensing_summary(outcomes, failures),
         sweep=sweep,
-        pressure=pressure_steps(parameters_of(Case("step"), order.setup)),
-        observer=observer_gains(order.observer, observed, order.setup, own),
+        pressure=pressure_steps(parameters_of(Case("step"), reproduction.setup)),
+        observer=observer_gains(reproduction.observer, observed, reproduction.setup, own),
         seconds=time.monotonic() - begin,
-        setup=order.setup,
-        seeds=tuple(sorted({case.seed for case in order.cases})),
-        workers=order.workers,
-        quick=order.quick,
+        setup=reproduction.setup,
+        seeds=tuple(sorted({case.seed for case in reproduction.cases})),
+        workers=reproduction.workers,
+        quick=reproduction.quick,
         runs=len(runs),
         letter=letter_rows(letter, own),
     )

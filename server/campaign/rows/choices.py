@@ -12,7 +12,7 @@ from server.campaign import trace
 from server.campaign.scene import Scene
 from server.campaign.waiting import Seen, require, wait
 from server.hardware.messages import ActuatorBody
-from server.hardware.order_files import order
+from server.hardware.restart_files import request_actuator
 
 WHIP = 0.06
 """Error from which on the arm whips: five times that of the circle [m]."""
@@ -66,7 +66,7 @@ def actuator_unbuildable(scene: Scene) -> Seen:
     require(refused.status_code == 422 and "gravity" in refused.text, f"{refused.status_code}: {refused.text}")
     boot, mark, start = scene.boot, len(scene.operator.log), time.monotonic_ns()
     fields = PRESETS["P1"].model_dump() | TOPPLED
-    order(scene.orders, Actuator.model_validate(fields), ActuatorBody(toml=toml), UNASKED)
+    request_actuator(scene.restarts, Actuator.model_validate(fields), ActuatorBody(toml=toml), UNASKED)
     line = scene.operator.sees("actuator toppled did not start", mark, 30.0)
     scene.operator.sees("the rig restarted", mark, 30.0)
     require(scene.boot not in (0, boot), "the rig was not started again")

@@ -28,7 +28,7 @@ from controller.schema.modes import Mode, Request
 from controller.system.keys import read_key
 from server.campaign import trace
 from server.campaign.scene import Scene
-from server.campaign.stranger import Message, Order, Way
+from server.campaign.stranger import AttackPlan, Message, Way
 from server.campaign.waiting import Seen, require, wait
 
 WATCHED = 1.5
@@ -45,35 +45,35 @@ IDLE = 200
 
 def forged_row(scene: Scene) -> Seen:
     """A minute ahead, in another mode."""
-    return _under(scene, _order(scene, "forge"))
+    return _under(scene, _plan(scene, "forge"))
 
 
 def command_key(scene: Scene) -> Seen:
     """They answer as a rig would, that everything was refused."""
-    return _under(scene, _order(scene, "answer"))
+    return _under(scene, _plan(scene, "answer"))
 
 
 def silent_queryable(scene: Scene) -> Seen:
     """They take every question and never answer."""
-    return _under(scene, _order(scene, "keep_silent"))
+    return _under(scene, _plan(scene, "keep_silent"))
 
 
 def flood(scene: Scene) -> Seen:
     """Thousands of messages a second on every key, and connections that say nothing."""
-    order = _order(scene, "flood")
-    keyless = [way for way in order.ways if not way.password]  # who has a session may ask, and each answer takes time
+    plan = _plan(scene, "flood")
+    keyless = [way for way in plan.ways if not way.password]  # who has a session may ask, and each answer takes time
     with _idle(scene.endpoint):
-        return _under(scene, order.model_copy(update={"ways": keyless}))
+        return _under(scene, plan.model_copy(update={"ways": keyless}))
 
 
 def replayed(scene: Scene) -> Seen:
     """Sealed messages of a server with the key, E-STOP among them, once more and as they were."""
-    return _under(scene, _order(scene, "repeat").model_copy(update={"recorded": tuple(_recorded(scene))}))
+    return _under(scene, _plan(scene, "repeat").model_copy(update={"recorded": tuple(_recorded(scene))}))
 
 
-def _order(scene: Scene, attack: str) -> Order:
+def _plan(scene: Scene, attack: str) -> AttackPlan:
     past = Way(mode="peer", password=password(read_key(scene.key)))
-    return Order(
+    return AttackPlan(
         attack=attack,
         ways=[Way(mode="client"), Way(mode="peer"), Way(mode="router"), past],
         endpoint=scene.endpoint,
@@ -84,12 +84,12 @@ def _order(scene: Scene, attack: str) -> Order:
     )
 
 
-def _under(scene: Scene, order: Order) -> Seen:
+def _under(scene: Scene, plan: AttackPlan) -> Seen:
     """The operator drags, records and stops under the attack, as if there was none."""
     scene.drag()
     recording = scene.operator.ask("POST", "/api/recordings", name="stranger")["id"]
     printed = len(scene.output())
-    with _strangers(scene.folder / "strangers.json", order) as rounds:
+    with _strangers(scene.folder / "strangers.json", plan) as rounds:
         start = time.monotonic_ns()
         _page_tells_the_truth(scene)
         took = _stops(scene, start)
@@ -103,9 +103,9 @@ def _under(scene: Scene, order: Order) -> Seen:
 
 
 @contextmanager
-def _strangers(file: Path, order: Order) -> Iterator[dict[str, int]]:
+def _strangers(file: Path, plan: AttackPlan) -> Iterator[dict[str, int]]:
     """At work within the context; how many rounds they made is there after it."""
-    file.write_text(order.model_dump_json())
+    file.write_text(plan.model_dump_json())
     command = [sys.executable, "-m", "server.campaign.stranger", str(file)]
     rounds = {"least": 0, "all": 0}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:

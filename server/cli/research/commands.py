@@ -280,10 +280,10 @@ def reproduce(
     from controller.research.experiments.catalogue import catalogue
     from controller.research.experiments.fitted_intervals import paper_setup
     from controller.research.experiments.pool import cores
-    from controller.research.experiments.reproduce import Order
+    from controller.research.experiments.reproduce import Reproduction
     from controller.research.track import require_controller
     from server.cli.research.reproduce import run_reproduce
 
     require_controller(controller)
-    order = Order(catalogue(seed, quick), paper_setup(plant), workers or cores(), quick, letter=law == "paper")
+    order = Reproduction(catalogue(seed, quick), paper_setup(plant), workers or cores(), quick, letter=law == "paper")
     run_reproduce(order, report, json_file, out)

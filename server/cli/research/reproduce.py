@@ -11,7 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from controller.errors import TendrilError
 from controller.research.experiments.campaign import Progress as RunProgress
 from controller.research.experiments.catalogue import LIVE_PATH
-from controller.research.experiments.reproduce import Order, reproduce
+from controller.research.experiments.reproduce import Reproduction, reproduce
 from controller.research.experiments.results import Results
 from controller.research.report.result_json import result_json
 from controller.schema.actuator import PRESETS
@@ -65,22 +65,22 @@ class Recorder:
                 raise TendrilError(f"{path} cannot be removed: {error.strerror}") from error
 
 
-def run_reproduce(order: Order, report: Path | None, json_file: Path | None, console: Console) -> None:
+def run_reproduce(reproduction: Reproduction, report: Path | None, json_file: Path | None, console: Console) -> None:
     """Run, show, and write what is asked for; TendrilError before the first run if something cannot be written."""
     if json_file is not None:
         require_file(json_file)
-    recorder = recorder_in(report, order) if report is not None else None
-    with progress(order, console) as told:
-        results = reproduce(order, told, recorder)
+    recorder = recorder_in(report, reproduction) if report is not None else None
+    with progress(reproduction, console) as told:
+        results = reproduce(reproduction, told, recorder)
     show(results, console)
     for path in deliver(results, report, json_file, console):
         console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
 
 
-def recorder_in(report: Path, order: Order) -> Recorder:
+def recorder_in(report: Path, reproduction: Reproduction) -> Recorder:
     """A recorder of the first seed's runs, in a folder of the report's that is there and writable."""
-    recorder = Recorder(made(report / RECORDINGS), min(case.seed for case in order.cases), order.setup)
-    recorder.clear(order.cases)
+    recorder = Recorder(made(report / RECORDINGS), min(case.seed for case in reproduction.cases), reproduction.setup)
+    recorder.clear(reproduction.cases)
     return recorder
 
 
@@ -112,7 +112,7 @@ def origin_of_results(results: Results) -> Origin:
 
 
 @contextmanager
-def progress(order: Order, console: Console) -> Iterator[RunProgress]:
+def progress(reproduction: Reproduction, console: Console) -> Iterator[RunProgress]:
     """A bar over all runs that names the last one that ended."""
     columns = (
         TextColumn("Running"),
@@ -124,7 +124,7 @@ def progress(order: Order, console: Console) -> Iterator[RunProgress]:
     )
     with Progress(*columns, console=console) as bars:
         task = bars.add_task(
-            "", total=order.runs, last=f"{order.workers} processes start; the first time they compile ..."
+            "", total=reproduction.runs, last=f"{reproduction.workers} processes start; the first time they compile ..."
         )
 
         def told(case: Case) -> None:

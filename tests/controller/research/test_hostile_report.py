@@ -9,7 +9,7 @@ import pytest
 from markupsafe import Markup
 
 from controller.research.experiments.paper_rows import paper_row
-from controller.research.experiments.reproduce import Order, reproduce
+from controller.research.experiments.reproduce import Reproduction, reproduce
 from controller.research.experiments.results import Failure, ObserverGain, ResultRow, SweepPoint
 from controller.research.identification.fit import Estimate, Fit, Misfit, Plot, PlotSeries
 from controller.research.identification.identify import IdentificationTask, save
@@ -86,7 +86,7 @@ def test_a_reproduction_report_shows_every_text_as_text(monkeypatch: pytest.Monk
     row = ResultRow(replace(named, unit=hostile("unit"), role="fit"), 3.0, 0.1, Window.WHOLE, 2.0, 2)
     case = Case(hostile("reference"), hostile("actuator of the case"), hostile("law of the case"))
     results = replace(
-        reproduce(Order(cases=(Case("digit_1"),), quick=True), lambda case: None),
+        reproduce(Reproduction(cases=(Case("digit_1"),), quick=True), lambda case: None),
         outcomes=(),
         rows=(row,),
         failures=(Failure(case, hostile("sentence")), Failure(Case("vu"), hostile("figure"))),

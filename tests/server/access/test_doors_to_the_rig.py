@@ -32,14 +32,14 @@ DOORS = {
     "app/services.py": ["send", "stop"],
     "app/shutdown.py": ["request"],
     "hardware/commissioning/routes.py": ["present", "present"],
-    "hardware/rig_file.py": ["order_rig"],
+    "hardware/rig_file.py": ["request_rig"],
     "live/socket_handler.py": ["stop"],
     "operate/command_routes.py": ["stop"],
     "operate/target_control.py": ["present", "request", "request", "request", "request"],
     "operate/people.py": ["request"],
     "operate/settings.py": ["change"],
     "operate/reactions.py": ["hold_left"],
-    "hardware/routes.py": ["order", "order_plant", "order_rig", "present"],
+    "hardware/routes.py": ["order", "request_plant", "request_rig", "present"],
     "operate/procedure/motion.py": ["ask", "move", "request"],
     "operate/procedure/procedure.py": ["hold_left", "request", "request", "request"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
@@ -53,7 +53,7 @@ PARTS = {
     "operator": {"request", "move", "change", "present", "stop", "hold_left"},
     "rig": {"plan", "inject", "stop", "send"},
     "link": {"command", "plan", "faults", "stop"},
-    "order_files": {"order", "order_plant", "order_rig"},
+    "restart_files": {"order", "request_plant", "request_rig"},
 }
 """Names by which these parts are held, and their ways to the rig."""
 ANN, BOB = Identity("a", "ann", "operator"), Identity("b", "bob", "operator")

@@ -9,7 +9,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from controller.errors import TendrilError
-from controller.research.experiments.reproduce import Order
+from controller.research.experiments.reproduce import Reproduction
 from controller.research.experiments.results import SensedLaw, SensedTrajectory
 from controller.schema.actuator import PRESETS
 from controller.schema.origin import Origin
@@ -43,7 +43,7 @@ def test_a_small_reproduction_prints_its_table_and_writes_rows_recordings_and_re
     stale = tmp_path / "report" / "recordings" / "step_P1_[no_such].rrd"
     stale.parent.mkdir(parents=True)
     stale.write_text("of an earlier run, which did not fail")
-    run_reproduce(Order(CASES, workers=2), tmp_path / "report", file, out)
+    run_reproduce(Reproduction(CASES, workers=2), tmp_path / "report", file, out)
     found = json.loads(file.read_text())
     made = Origin.model_validate(found["origin"])
     assert list(made.seeds) == found["seeds"] and made.plant and made.plant.model_dump(mode="json") == found["twin"]
@@ -82,13 +82,13 @@ def test_what_cannot_be_written_is_refused_before_the_first_run(tmp_path: Path) 
     )
     for report, file, words in cases:
         with pytest.raises(TendrilError, match=words):
-            run_reproduce(Order(CASES), report, file, console())
+            run_reproduce(Reproduction(CASES), report, file, console())
 
 
 def test_a_recording_of_an_earlier_run_that_cannot_be_removed_is_named(tmp_path: Path) -> None:
     (tmp_path / "recordings" / "digit_1_P1_ff+pi.rrd").mkdir(parents=True)
     with pytest.raises(TendrilError, match=r"digit_1_P1_ff\+pi\.rrd cannot be removed"):
-        run_reproduce(Order(CASES), tmp_path, None, console())
+        run_reproduce(Reproduction(CASES), tmp_path, None, console())
 
 
 def test_a_trajectory_without_ff_has_no_reductions_in_its_table() -> None:

@@ -19,9 +19,9 @@ from server.access.permit import Permit
 from server.app.up import with_last_actuator
 from server.hardware.actuator import keep, kept_file, with_observer_kappa, with_other_actuator
 from server.hardware.messages import ActuatorBody, ActuatorOutcome
-from server.hardware.order_files import order_plant, take_choice, take_order, take_plant, take_rig, tell_outcome
-from server.hardware.orders import Orders
 from server.hardware.outcomes import OutcomeWatch
+from server.hardware.restart_files import request_plant, take_actuator, take_choice, take_plant, take_rig, tell_outcome
+from server.hardware.restarts import Restarts
 from server.log.events import EventLog
 from server.settings import ServerSettings
 from tests.controller.anything import actuators
@@ -59,7 +59,7 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
     refused = operator.put("/api/rig/actuator", json={"name": "P2"})
     assert (refused.status_code, "where it runs" in refused.text) == (409, True)
     assert "where it runs" in viewer.get("/api/rig/actuator").json()["reason"]
-    server.services.settings.orders = tmp_path / "actuator.json"
+    server.services.settings.restarts = tmp_path / "actuator.json"
     assert viewer.put("/api/rig/actuator", json={"name": "P2"}).status_code == 403
     assert "P1, P2, P3" in operator.put("/api/rig/actuator", json={"name": "P9"}).text
     wrong = operator.put("/api/rig/actuator", json={"toml": 'name = "X"\nlength = -1'})
@@ -70,7 +70,7 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
         live.wait_mode(Mode.HOLD)
         armed = operator.put("/api/rig/actuator", json={"name": "P2"})
         assert (armed.status_code, "disarm first" in armed.text) == (409, True)
-        assert take_order(tmp_path / "actuator.json") is None
+        assert take_actuator(tmp_path / "actuator.json") is None
         operator.command("e_stop")
         operator.command("clear")
         live.wait_mode(Mode.VENTED)
@@ -80,9 +80,9 @@ def test_another_actuator_is_ordered_from_rest_only_and_refused_where_the_rig_is
     assert not kept_file(server.services.settings).exists(), "the rig has not ticked with it"
     choice = take_choice(tmp_path / "actuator.json")
     assert choice is not None and choice.toml is not None and "Own" in choice.toml
-    ordered = take_order(tmp_path / "actuator.json")
+    ordered = take_actuator(tmp_path / "actuator.json")
     assert ordered == PRESETS["P3"].model_copy(update={"name": "Own"})
-    assert take_order(tmp_path / "actuator.json") is None
+    assert take_actuator(tmp_path / "actuator.json") is None
 
 
 def test_the_next_start_has_the_actuator_chosen_last_or_the_default_where_that_fails(
@@ -131,7 +131,7 @@ def test_an_actuator_with_which_no_rig_would_start_is_refused_and_nothing_is_kep
     server: TestServer, tmp_path: Path
 ) -> None:
     operator = server.operator()
-    server.services.settings.orders = tmp_path / "actuator.json"
+    server.services.settings.restarts = tmp_path / "actuator.json"
     for toml, complaint in [
         (UNBUILDABLE, "gravity = (9.81, 0.0) m/s^2: the unactuated body has no stable rest"),
         (UNBUILDABLE.replace("k = 1.69", "k = 1e-300 # "), "k.0 = 1e-300"),
@@ -142,14 +142,14 @@ def test_an_actuator_with_which_no_rig_would_start_is_refused_and_nothing_is_kep
     ]:
         refused = operator.put("/api/rig/actuator", json={"toml": toml})
         assert (refused.status_code, complaint in refused.json()["detail"]) == (422, True), refused.text
-    assert take_order(tmp_path / "actuator.json") is None
+    assert take_actuator(tmp_path / "actuator.json") is None
     assert not kept_file(server.services.settings).exists()
 
 
 @pytest.mark.timeout(3600 if LONG else 120)
 def test_the_route_answers_any_actuator_by_taking_it_or_by_a_sentence(server: TestServer, tmp_path: Path) -> None:
     operator = server.operator()
-    server.services.settings.orders = tmp_path / "actuator.json"
+    server.services.settings.restarts = tmp_path / "actuator.json"
     answered: dict[int, int] = {}
 
     @settings(
@@ -178,14 +178,14 @@ def written(value: Any) -> str:
 def test_the_page_is_told_when_the_rig_could_not_be_started_with_what_was_chosen(
     server: TestServer, tmp_path: Path
 ) -> None:
-    orders = tmp_path / "actuator.json"
-    server.services.settings.orders = orders
-    tell_outcome(orders, ActuatorOutcome(actuator="toppled", reason="no stable rest", in_force="P1"))
+    restarts = tmp_path / "actuator.json"
+    server.services.settings.restarts = restarts
+    tell_outcome(restarts, ActuatorOutcome(actuator="toppled", reason="no stable rest", in_force="P1"))
     viewer = server.page().sign_in()
     sentence = "actuator toppled did not start: no stable rest; P1 is in force again"
     wait_for(lambda: viewer.get("/api/rig/actuator").json()["failure"] == sentence)
     assert [event.level for event in server.services.events.recent if event.text == sentence] == ["error"]
-    tell_outcome(orders, ActuatorOutcome(actuator="P2", in_force="P2", unkept="Read-only file system"))
+    tell_outcome(restarts, ActuatorOutcome(actuator="P2", in_force="P2", unkept="Read-only file system"))
     wait_for(lambda: viewer.get("/api/rig/actuator").json()["failure"] == "")
     assert any("will not have this actuator: Read-only" in event.text for event in server.services.events.recent)
 
@@ -193,7 +193,7 @@ def test_the_page_is_told_when_the_rig_could_not_be_started_with_what_was_chosen
 def test_a_rig_that_was_told_to_start_again_is_said_to_start_until_it_is_heard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    watch = OutcomeWatch(ServerSettings(orders=tmp_path / "actuator.json"), EventLog())
+    watch = OutcomeWatch(ServerSettings(restarts=tmp_path / "actuator.json"), EventLog())
     assert watch.starting(1) == ""
     for reason in ("", "it does not stand still"):
         watch.wait_for("P2", 1)
@@ -212,11 +212,11 @@ def test_another_plant_is_ordered_from_rest_only_and_refused_where_the_rig_is_no
     server: TestServer, tmp_path: Path
 ) -> None:
     operator, viewer = server.operator(), server.page().sign_in()
-    server.services.settings.orders = None
+    server.services.settings.restarts = None
     refused = operator.put("/api/rig/plant", json={"plant": "cosserat"})
     assert (refused.status_code, "--plant where it runs" in refused.text) == (409, True)
-    orders = tmp_path / "actuator.json"
-    server.services.settings.orders = orders
+    restarts = tmp_path / "actuator.json"
+    server.services.settings.restarts = restarts
     assert viewer.put("/api/rig/plant", json={"plant": "cosserat"}).status_code == 403
     assert operator.put("/api/rig/plant", json={"plant": "jelly"}).status_code == 422
     with operator.live() as live:
@@ -228,20 +228,20 @@ def test_another_plant_is_ordered_from_rest_only_and_refused_where_the_rig_is_no
         operator.command("e_stop")
         operator.command("clear")
         live.wait_mode(Mode.VENTED)
-    assert take_plant(orders) is None
+    assert take_plant(restarts) is None
     assert operator.put("/api/rig/plant", json={"plant": "cosserat"}).status_code == 202
-    assert (take_plant(orders), take_plant(orders), take_order(orders)) == ("cosserat", None, None)
+    assert (take_plant(restarts), take_plant(restarts), take_actuator(restarts)) == ("cosserat", None, None)
 
 
 def test_another_inertia_of_the_observer_is_ordered_from_rest_and_with_another_actuator_it_is_the_tables(
     server: TestServer, tmp_path: Path
 ) -> None:
     operator, viewer = server.operator(), server.page().sign_in()
-    given, orders = {"kappa": 41.5}, tmp_path / "actuator.json"
-    server.services.settings.orders = None
+    given, restarts = {"kappa": 41.5}, tmp_path / "actuator.json"
+    server.services.settings.restarts = None
     refused = operator.put("/api/rig/observer-kappa", json=given)
     assert (refused.status_code, "--observer-kappa where it runs" in refused.text) == (409, True)
-    server.services.settings.orders = orders
+    server.services.settings.restarts = restarts
     assert viewer.put("/api/rig/observer-kappa", json=given).status_code == 403
     below = operator.put("/api/rig/observer-kappa", json={"kappa": 0.9})
     [fault] = below.json()["detail"]
@@ -251,7 +251,7 @@ def test_another_inertia_of_the_observer_is_ordered_from_rest_and_with_another_a
     assert (beside.status_code, "arm.toml" in beside.text) == (409, True)
     server.services.settings.rig_file = None
     assert operator.put("/api/rig/observer-kappa", json=given).status_code == 202
-    wanted = take_rig(orders)
+    wanted = take_rig(restarts)
     assert wanted is not None and wanted.controller.observer_kappa == 41.5
     assert with_observer_kappa(wanted, 1.0) == server.services.rig.require_info().parameters
     other = with_other_actuator(wanted, PRESETS["P2"])
@@ -269,8 +269,8 @@ def test_an_order_for_a_plant_leaves_the_actuator_and_is_told_by_both_names(tmp_
             return Started(self.settings.parameters, "")
 
     path, double = tmp_path / "actuator.json", Double()
-    order_plant(path, "cosserat", Permit(None, lambda request: ""))
-    Orders(path, tmp_path / "kept.json", double).look()  # type: ignore[arg-type]
+    request_plant(path, "cosserat", Permit(None, lambda request: ""))
+    Restarts(path, tmp_path / "kept.json", double).look()  # type: ignore[arg-type]
     assert (double.settings.parameters.actuator.name, double.settings.parameters.twin.plant) == ("P2", "cosserat")
     told = ActuatorOutcome.model_validate_json((tmp_path / "actuator-outcome.json").read_bytes())
     assert (told.actuator, told.reason) == ("P2 as a Cosserat rod", "")

@@ -11,7 +11,7 @@ import pytest
 from controller.errors import TendrilError
 from controller.research.experiments.fitted_intervals import with_intervals
 from controller.research.experiments.paper_rows import paper_row
-from controller.research.experiments.reproduce import Order, reproduce
+from controller.research.experiments.reproduce import Reproduction, reproduce
 from controller.research.experiments.results import Failure, ResultRow, Results
 from controller.research.report.figures.periodic_figures import circle_plate
 from controller.research.report.figures.plate import plate_html
@@ -46,7 +46,7 @@ KEY = {"experiment": "circle_1hz", "actuator": "P1", "law": "ff+pi", "metric": "
 
 @pytest.fixture(scope="module")
 def results() -> Results:
-    found = reproduce(Order(cases=CASES, quick=True), lambda case: None)
+    found = reproduce(Reproduction(cases=CASES, quick=True), lambda case: None)
     return replace(found, failures=(BROKEN,), rows=(*found.rows, failed_row(BROKEN)))
 
 

@@ -324,7 +324,7 @@ def test_poses_and_decays_become_an_actuator_beside_the_rig_file(bench: Bench) -
 def test_an_actuator_identified_anew_is_put_in_force_and_asks_for_what_rests_on_it(bench: Bench) -> None:
     before = ("drivers", "jog", "frame", "signs", "pressure", "statics", "decay")
     bench.accepted(*before)
-    folder, ordered = bench.server.settings.state / "commissioning-test", bench.server.settings.orders
+    folder, ordered = bench.server.settings.state / "commissioning-test", bench.server.settings.restarts
     assert ordered is not None
     folder.mkdir(parents=True)
     shutil.copy(EXAMPLES / "decays.csv", folder / "decays.csv")

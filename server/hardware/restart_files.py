@@ -1,8 +1,8 @@
-"""Orders for another actuator, plant or rig: files that the server writes, and `tendril up`, the rig's parent, takes.
+"""Requests for another actuator, plant or rig: files that the server writes, and `tendril up`, the rig's parent, takes.
 
 Only when the rig has ticked with it an actuator is kept for the next start of `tendril up`. If it does not, the rig
 goes back to what ticked last. Either way `up` writes an outcome, which the server tells the page. A plant or a rig is
-ordered in the same way; the next start has those that it is told.
+asked for in the same way; the next start has those that it is told.
 """
 
 from pathlib import Path
@@ -16,20 +16,20 @@ from controller.schema.parameters import PlantKind, RigParameters
 from controller.system.whole_file import write_whole
 from server.hardware.messages import ActuatorBody, ActuatorOutcome, PlantBody
 
-if TYPE_CHECKING:  # `tendril up` reads orders, and needs no web framework for it
+if TYPE_CHECKING:  # `tendril up` reads requests, and needs no web framework for it
     from server.access.permit import Permit
 
 CHOICE, PLANT, RIG, OUTCOME = "actuator-choice.json", "plant.json", "rig.json", "actuator-outcome.json"
-"""Files beside that of an ordered actuator, whose path names them all."""
+"""Files beside that of an actuator that was asked for, whose path names them all."""
 
 
 def why_none(path: Path | None, option: str = "--actuator") -> str:
-    """Why no one would carry an order out, "" where it would be; `option` of `tendril up` does the same by hand."""
+    """Why no one would do what is asked, "" where it would be; `option` of `tendril up` does the same by hand."""
     elsewhere = f"the rig was not started by this server's `tendril up`: start it again with {option} where it runs"
     return elsewhere if path is None else ""
 
 
-def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: "Permit") -> None:
+def request_actuator(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: "Permit") -> None:
     """Have the rig started with `actuator`, which `body` describes, if `permit` stands; CommandRefused where no one
     would do it.
     """
@@ -37,12 +37,12 @@ def order(path: Path | None, actuator: Actuator, body: ActuatorBody, permit: "Pe
     _write(path, {CHOICE: choice, "": actuator.model_dump_json()}, "--actuator", permit)
 
 
-def order_plant(path: Path | None, plant: PlantKind, permit: "Permit") -> None:
+def request_plant(path: Path | None, plant: PlantKind, permit: "Permit") -> None:
     """Have the rig started on `plant`, if `permit` stands; CommandRefused where no one would do it."""
     _write(path, {PLANT: PlantBody(plant=plant).model_dump_json()}, "--plant", permit)
 
 
-def order_rig(path: Path | None, wanted: RigParameters, permit: "Permit", option: str = "--rig FILE") -> None:
+def request_rig(path: Path | None, wanted: RigParameters, permit: "Permit", option: str = "--rig FILE") -> None:
     """Have the rig started with all of `wanted`, if `permit` stands; CommandRefused where no one would do it."""
     _write(path, {RIG: wanted.model_dump_json()}, option, permit)
 
@@ -60,19 +60,19 @@ def _write(path: Path | None, texts: dict[str, str], option: str, permit: "Permi
 
 
 def take_rig(path: Path) -> RigParameters | None:
-    """The whole rig that was ordered since the last call, if any."""
+    """The whole rig that was asked for since the last call, if any."""
     text = _taken(path.with_name(RIG))
     return None if text is None else RigParameters.model_validate_json(text)
 
 
 def take_plant(path: Path) -> PlantKind | None:
-    """The plant that was ordered since the last call, if any."""
+    """The plant that was asked for since the last call, if any."""
     text = _taken(path.with_name(PLANT))
     return None if text is None else PlantBody.model_validate_json(text).plant
 
 
-def take_order(path: Path) -> Actuator | None:
-    """The actuator that was ordered since the last call, if any."""
+def take_actuator(path: Path) -> Actuator | None:
+    """The actuator that was asked for since the last call, if any."""
     text = _taken(path)
     return None if text is None else Actuator.model_validate_json(text)
 
@@ -86,7 +86,7 @@ def _taken(file: Path) -> bytes | None:
 
 
 def take_choice(path: Path) -> ActuatorBody | None:
-    """How the actuator of the last order was described; None if that was not said."""
+    """How the actuator of the last request was described; None if that was not said."""
     try:
         return ActuatorBody.model_validate_json(path.with_name(CHOICE).read_bytes())
     except (OSError, ValidationError):
@@ -94,12 +94,12 @@ def take_choice(path: Path) -> ActuatorBody | None:
 
 
 def tell_outcome(path: Path, outcome: ActuatorOutcome) -> None:
-    """Let the server know what became of an order; raises OSError where that fails."""
+    """Let the server know what became of a request; raises OSError where that fails."""
     write_whole(path.with_name(OUTCOME), outcome.model_dump_json(), lasting=False)
 
 
 def take_outcome(path: Path) -> ActuatorOutcome:
-    """What became of the last order; FileNotFoundError where that is not known yet, OSError or ValidationError."""
+    """What became of the last request; FileNotFoundError where that is not known yet, OSError or ValidationError."""
     file = path.with_name(OUTCOME)
     outcome = ActuatorOutcome.model_validate_json(file.read_bytes())
     file.unlink()

@@ -1,4 +1,4 @@
-"""What becomes of the server's orders for another actuator or plant, in `tendril up`, the rig's parent."""
+"""The restarts that the server asks for, with another actuator or plant, in `tendril up`, the rig's parent."""
 
 import logging
 from pathlib import Path
@@ -6,22 +6,22 @@ from pathlib import Path
 from controller.realtime.supervisor import Started, Supervisor
 from server.hardware.actuator import described, keep, with_other_actuator, with_plant
 from server.hardware.messages import ActuatorBody, ActuatorOutcome
-from server.hardware.order_files import take_choice, take_order, take_plant, take_rig, tell_outcome
+from server.hardware.restart_files import take_actuator, take_choice, take_plant, take_rig, tell_outcome
 
 log = logging.getLogger(__name__)
 
 
-class Orders:
-    """Orders of the server for another actuator or plant: carried out, and told back; kept once the rig ticked."""
+class Restarts:
+    """What the server asked for, another actuator or plant: carried out, and told back; kept once the rig ticked."""
 
     def __init__(self, path: Path, kept: Path, supervisor: Supervisor) -> None:
-        """`path` is where the orders come, `kept` where the choice is for the next start."""
+        """`path` is where it asks, `kept` where the choice is for the next start."""
         self._path, self._kept, self._supervisor = path, kept, supervisor
         self._choice: ActuatorBody | None = None
 
     def look(self) -> None:
-        """Carry out a new order; say what became of the last one."""
-        if (actuator := take_order(self._path)) is not None:
+        """Start the rig as was asked; say what became of the last one."""
+        if (actuator := take_actuator(self._path)) is not None:
             self._choice = take_choice(self._path)
             parameters = self._supervisor.settings.parameters
             self._supervisor.replace(with_other_actuator(parameters, actuator))
