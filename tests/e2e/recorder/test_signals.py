@@ -126,10 +126,19 @@ def curves_stand(page: Page) -> None:
     wait_until(lambda: len(pixels_of(page, OBSERVER_BLUE, curves)) > 100, 60.0)
 
 
+def follow_circle(page: Page) -> None:
+    """To its end; once more where a busy machine kept the page from giving presence, which the result says."""
+    result = page.get_by_test_id("run-result")
+    begin_circle(page)
+    expect(result).to_have_attribute("data-state", re.compile("done|broken off"), timeout=30_000)
+    if "operator lost" in result.inner_text():
+        begin_circle(page)
+    expect(result).to_have_attribute("data-state", "done", timeout=30_000)
+
+
 def test_the_cursor_stands_where_the_run_begins(page: Page) -> None:
     arm(page)
-    begin_circle(page)
-    expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done", timeout=30_000)
+    follow_circle(page)
     page.get_by_test_id("run-recording").click()
     expect(page.get_by_test_id("quick-plot").first).to_be_visible(timeout=20_000)
     course = page.evaluate(STRETCHES, page.url.split("/")[-1])

@@ -126,9 +126,15 @@ def _nothing_moves_without_devices(one: Stack) -> None:
     assert one.virtual is not None
     one.virtual.do("unplug camera")
     wait(lambda: one.drivers()["motion_capture"]["state"] != "running", 10.0, "a camera that is missed")
-    refused = one.person.request("POST", "/api/command", request="arm")
-    assert refused.status_code == 409
-    assert "motion capture (natnet)" in refused.json()["detail"]
+
+    def is_refused() -> bool:
+        answer = one.person.request("POST", "/api/command", request="arm")
+        if answer.status_code == 503:  # not a word in time, on a busy machine: who operates asks again
+            return False
+        assert answer.status_code == 409 and "motion capture (natnet)" in answer.json()["detail"], answer.text
+        return True
+
+    wait(is_refused, 10.0, "an answer to ARM")
     one.virtual.do("plug camera")
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from controller.research.experiments.observer_gains import TRIED, observer_gains, observer_jobs
-from controller.research.experiments.reproduce import Order, reproduce
+from controller.research.experiments.reproduce import Reproduction, reproduce
 from controller.research.experiments.results import Failure
 from controller.simulation.case import Case, Setup
 from controller.simulation.metrics import Window
@@ -26,7 +26,7 @@ def test_only_what_is_run_anyway_is_tried_and_when_quick_once() -> None:
 
 def test_a_carried_marker_and_a_stiffer_spring_bring_the_observer_nearer() -> None:
     told: list[Case] = []
-    order = Order(CASES[:1])
+    order = Reproduction(CASES[:1])
     found = reproduce(order, told.append)
     error = {(one.K_o, one.B_o, one.carry_on): one.observer_rmse["circle_1hz"] for one in found.observer}
     assert error[400.0, 0.0, True] < error[100.0, 0.0, True] < error[100.0, 0.0, False]
