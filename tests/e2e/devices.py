@@ -19,6 +19,7 @@ driver = "modbus"
 options = {{ host = "127.0.0.1" }}
 [limits]
 loop_gap = 0.4
+operator_timeout = 5.0
 measurement_old = 1.0
 measurement_lost = 5.0
 pressures_lost = 5.0
@@ -26,7 +27,7 @@ pressure_off_time = 5.0
 [commissioned]
 drivers = "both run, as a test says"
 """
-"""Patient: a machine that is shared gives neither camera nor valves their turn in time."""
+"""Patient: a machine that is shared gives camera, valves and page their turn late, a page under axe last of all."""
 
 
 @contextmanager

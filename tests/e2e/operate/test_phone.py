@@ -146,5 +146,11 @@ def test_a_press_leaves_nothing_said_over_the_page(browser: Browser, product: Pr
     expect(page.get_by_test_id("primary-arm")).to_be_visible()
     page.wait_for_timeout(1500)
     expect(page.get_by_role("tooltip")).to_have_count(0)
+    box = page.get_by_test_id("primary-arm").bounding_box()
+    assert box
+    for right in range(20, 31):  # a hand makes many moves, and the page draws between them
+        page.mouse.move(box["x"] + right, box["y"] + 10)
+        page.wait_for_timeout(50)
+    expect(page.get_by_role("tooltip")).to_contain_text("from VENTED to HOLD")
     ask(page, "DELETE", "/api/lease")
     context.close()
