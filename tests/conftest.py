@@ -21,7 +21,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     processes.watch()
     whole = not any("::" in str(one) for one in config.args) and not config.getoption("keyword")
-    if config.option.markexpr != "long":  # those are run whole, whatever has changed
+    if config.option.markexpr != "long":  # those are run whole, changed or not
         config.pluginmanager.register(Keyed(config.getoption("--renew"), whole))
 
 

@@ -1,6 +1,6 @@
 """Two looks at a recording's chunks: which rows there are and where each chunk begins; then rows of a window.
 
-Those come piece by piece, whatever the order of the chunks.
+Those come piece by piece; the chunks may stand in any order.
 """
 
 from collections import defaultdict

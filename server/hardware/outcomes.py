@@ -1,4 +1,4 @@
-"""What another actuator, plant or rig is ordered through, when that is refused, and what becomes of the order."""
+"""What another actuator, plant or rig is asked for through, when that is refused, and what becomes of it."""
 
 import time
 from dataclasses import dataclass
@@ -97,7 +97,7 @@ GivenOutcomes = Annotated[OutcomeWatch, given(OutcomeWatch)]
 
 @dataclass(frozen=True)
 class Change:
-    """What another actuator, plant or rig is ordered through."""
+    """What another actuator, plant or rig is asked for through."""
 
     rig: Rig
     outcomes: OutcomeWatch
@@ -117,8 +117,8 @@ class Change:
         if self.recorder.state().recording:
             raise CommandRefused("the actuator cannot be changed while a recording runs: stop it first")
 
-    def ordered(self, name: str, what: str, permit: Permit) -> None:
-        """`permit` has ordered `what`, called `name`: wait for what becomes of it, and tell everybody."""
+    def requested(self, name: str, what: str, permit: Permit) -> None:
+        """`permit` has asked for `what`, called `name`: wait for what becomes of it, and tell everybody."""
         self.outcomes.wait_for(name, self.rig.boot())
         self.events.add(f"{permit.name}: the rig starts again with {what}", "warning")
 

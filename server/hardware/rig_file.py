@@ -70,7 +70,7 @@ class RigFileKeeper:
         except OSError as error:
             raise CommandRefused(f"{path} cannot be written: {error.strerror}") from error
         restart_files.request_rig(self.change.settings.restarts, wanted, permit)
-        self.change.ordered(described(wanted), "its changed rig file", permit)
+        self.change.requested(described(wanted), "its changed rig file", permit)
 
     def _path(self) -> Path:
         if self.change.settings.rig_file is None:

@@ -49,7 +49,7 @@ async def change_actuator(body: ActuatorBody, change: GivenChange, planner: Give
     actuator = await planner.do(accepted_actuator, body, info.parameters, in_force)
     change.require_rest()
     restart_files.request_actuator(change.settings.restarts, actuator, body, permit)
-    change.ordered(actuator.name, f"actuator {actuator.name}", permit)
+    change.requested(actuator.name, f"actuator {actuator.name}", permit)
 
 
 @router.put("/api/rig/plant", status_code=202, tags=["presets"])
@@ -61,7 +61,7 @@ async def change_plant(body: PlantBody, change: GivenChange, planner: GivenPlann
     name = await planner.do(accepted_plant, body.plant, info.parameters, in_force)
     change.require_rest()
     restart_files.request_plant(change.settings.restarts, body.plant, permit)
-    change.ordered(name, name, permit)
+    change.requested(name, name, permit)
 
 
 @router.put("/api/rig/observer-kappa", status_code=202, tags=["presets"])
@@ -78,7 +78,7 @@ async def change_observer_kappa(
     wanted = await planner.do(accepted_observer_kappa, body.kappa, info.parameters, in_force)
     change.require_rest()
     restart_files.request_rig(change.settings.restarts, wanted, permit, "--observer-kappa")
-    change.ordered(described(wanted), f"kappa = {body.kappa:g} in its observer", permit)
+    change.requested(described(wanted), f"kappa = {body.kappa:g} in its observer", permit)
 
 
 @router.get("/api/first-mode", tags=["presets"])

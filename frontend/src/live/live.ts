@@ -80,7 +80,6 @@ export class Live {
   }
 }
 
-/** Share of time slots in which the loop ticked, over the last minute. */
 const WINDOW_S = 60;
 const EVERY_S = 1;
 
@@ -90,6 +89,7 @@ interface Mark {
   readonly at: number;
 }
 
+/** Share of time slots in which the loop ticked, over the last minute. */
 export class OnTime {
   private marks: Mark[] = [];
   private latest: Mark | null = null;

@@ -118,7 +118,7 @@ function Filled({ commanded, filled, jogged }: FilledProps) {
   );
 }
 
-/** A button that fills a chamber while it is held, by pointer, finger or Space; whatever ends the hold lets go. */
+/** A button that fills a chamber while it is held, by pointer, finger or Space; it lets go however the hold ends. */
 function JogButton({ chamber }: { readonly chamber: Chamber }) {
   const { jog, store } = useService(Commissioning);
   const held = useStore(store, (seen) => seen.held === chamber);
