@@ -58,6 +58,8 @@ class ServerSettings(BaseSettings):
     """The rig file with which `tendril up` started the rig; None: it was started without one."""
     viewers_max: Annotated[int, Bounds(ge=1, le=10_000)] = 200
     """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
+    control_lapse: Annotated[float, Bounds(ge=2.0, le=60.0)] = 5.0
+    """Control is free again when the operator's page gave no sign for so long [s]; what moves holds far sooner."""
     webhook: SecretStr | None = None
     """Address (http or https) to which a FAULT, an E-STOP and the end of a run are posted as JSON; None: none is."""
     log_format: LogFormat = "text"

@@ -13,8 +13,6 @@ from server.access.messages import Lease, Session
 from server.http.given import given
 from server.http.who import Identity
 
-LAPSE_S = 5.0
-"""Seconds without a sign of the holder after which the lease is free again; where no one listens none pass."""
 ASKING_S = 60.0
 """Seconds for which a request for the lease stands."""
 ASKERS_MAX = 8
@@ -24,9 +22,9 @@ ASKERS_MAX = 8
 class OperatorLease:
     """One holder or none. Thread safe in what says who holds it: permits are looked at in the threads that send."""
 
-    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
-        """`now()` is the time for which signs could be heard [s]."""
-        self._now = now
+    def __init__(self, now: Callable[[], float] = time.monotonic, lapse: float = 5.0) -> None:
+        """Free again `lapse` [s] after its holder's last sign; `now()`: the time for which signs are heard [s]."""
+        self._now, self._lapse = now, lapse
         self._holder: Identity | None = None
         self._heard = 0.0
         self._term = 0
@@ -44,7 +42,7 @@ class OperatorLease:
     def holder(self) -> Identity | None:
         """Who operates now; a lapsed lease is free."""
         with self._lock:
-            if self._holder is not None and self._now() - self._heard > LAPSE_S:
+            if self._holder is not None and self._now() - self._heard > self._lapse:
                 self._pass_to(None)
             return self._holder
 
@@ -64,7 +62,7 @@ class OperatorLease:
     def term_of(self, who: Identity) -> int | None:
         """The term in which `who` operates now; None where they do not."""
         with self._lock:
-            held = self._holder is not None and self._holder.id == who.id and self._now() - self._heard <= LAPSE_S
+            held = self._holder is not None and self._holder.id == who.id and self._now() - self._heard <= self._lapse
             return self._term if held else None
 
     def holds(self, who: Identity) -> bool:
@@ -120,7 +118,7 @@ class OperatorLease:
         """A sign of `who`'s page, which keeps the lease alive if it is theirs; the term in which they operate."""
         with self._lock:
             now = self._now()
-            if self._holder is None or self._holder.id != who.id or now - self._heard > LAPSE_S:
+            if self._holder is None or self._holder.id != who.id or now - self._heard > self._lapse:
                 return None
             self._heard = now
             return self._term

@@ -118,7 +118,7 @@ class Services:
         file = TokenFile(self.settings)
         self.secrets = file.made()
         self.sessions = Sessions(self.secrets, self.settings.rig)
-        self.lease = OperatorLease(self.scheduler.watchdog.listened)
+        self.lease = OperatorLease(self.scheduler.watchdog.listened, self.settings.control_lapse)
         self.events = EventLog(EventFile(self._state("events", "jsonl"), LogEntry))
         if self.settings.log_format == "json":
             self.events.listen(to_log)

@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 
 from controller.schema.modes import Mode
-from tests.e2e.product import Product, wait_until
+from tests.e2e.product import PATIENCE_S, Product, wait_until
 
 WAY_OUT = {Mode.HOLD: "rest", Mode.FOLLOW: "rest", Mode.TRACK: "rest", Mode.FAULT: "clear", Mode.E_STOP: "clear"}
 
@@ -16,9 +16,9 @@ class Caretaker:
 
     def __init__(self, product: Product) -> None:
         self._product = product
-        self._client = httpx.Client(base_url=product.origin, timeout=30.0, trust_env=False)
+        self._client = httpx.Client(base_url=product.origin, timeout=PATIENCE_S, trust_env=False)
         self._client.post("/api/session", json={"token": product.url.split("token=")[1]}).raise_for_status()
-        wait_until(lambda: self._client.get("/api/rig").is_success, 60.0)
+        wait_until(lambda: self._client.get("/api/rig").is_success)
         self._settings = self._read("/api/settings")
         self._actuator, self._plant = self._built()
 
@@ -33,17 +33,17 @@ class Caretaker:
 
     def put_to_rest(self) -> None:
         """Vented, nothing recorded, injected, drawn or changed, and no one operates."""
-        wait_until(lambda: self._client.post("/api/lease").is_success, 30.0, each=lambda: time.sleep(0.5))
+        wait_until(lambda: self._client.post("/api/lease").is_success, each=lambda: time.sleep(0.5))
         self._client.delete("/api/recordings/current")  # 409 where nothing is recorded
-        wait_until(self._vented, 30.0)
+        wait_until(self._vented)
         self._operate("PATCH", "/api/lease", clutch=False)
         self._operate("PUT", "/api/twin/faults")
         if self._built()[0] != self._actuator:
             self._operate("PUT", "/api/rig/actuator", name=self._actuator)
-            wait_until(lambda: self._built()[0] == self._actuator, 60.0)
+            wait_until(lambda: self._built()[0] == self._actuator)
         if self._built()[1] != self._plant:
             self._operate("PUT", "/api/rig/plant", plant=self._plant)
-            wait_until(lambda: self._built()[1] == self._plant, 60.0)
+            wait_until(lambda: self._built()[1] == self._plant)
         for drawing in self._read("/api/drawings"):
             self._operate("DELETE", f"/api/drawings/{drawing['name']}")
         now = self._read("/api/settings")

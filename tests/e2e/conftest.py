@@ -8,11 +8,10 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from server.app.browser import launch_chromium
 from tests.e2e.at_rest import Caretaker
-from tests.e2e.product import Product, open_page
-from tests.e2e.tab import WINDOW, Tab, policy_breaches
+from tests.e2e.product import PATIENCE_S, Product, open_page
+from tests.e2e.tab import WINDOW, Tab, policy_breaches, sign_off
 
-expect.set_options(timeout=30_000)
-"""A machine may be busy, so no test asserts a time."""
+expect.set_options(timeout=1e3 * PATIENCE_S)
 
 
 @pytest.fixture(scope="session")
@@ -49,6 +48,7 @@ def nobody_stays(browser: Browser, tab: Tab) -> Iterator[None]:
     before = [*browser.contexts]
     yield
     for left in [context for context in browser.contexts if context not in (*before, tab.context)]:
+        sign_off(left)
         left.close()
 
 
@@ -58,6 +58,7 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
     opened = browser.new_context(viewport=WINDOW)
     said = policy_breaches(opened)
     yield opened
+    sign_off(opened)
     opened.close()
     assert said == []
 

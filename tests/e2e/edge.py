@@ -91,5 +91,5 @@ def press(page: Page, product: Product, *, touch: bool, where: str) -> None:
 
 def clear(page: Page, product: Product) -> None:
     """Out of the latch again, by the page's session, which operates."""
-    wait_until(lambda: ask(page, "POST", "/api/command", request="clear") and product.mode() == Mode.VENTED, 10.0)
+    wait_until(lambda: ask(page, "POST", "/api/command", request="clear") and product.mode() == Mode.VENTED)
     expect(page.get_by_test_id("state")).to_contain_text("VENTED")

@@ -28,7 +28,7 @@ def begin_circle(page: Page) -> None:
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Enter")
     page.get_by_test_id("run").click()
-    expect(page.get_by_test_id("state")).to_contain_text("TRACK", timeout=20_000)
+    expect(page.get_by_test_id("state")).to_contain_text("TRACK")
 
 
 class Hand:
@@ -68,7 +68,7 @@ class Hand:
 
     def wait(self, mode: Mode) -> None:
         """Until the rig is in `mode`."""
-        wait_until(lambda: self._product.mode() == mode, 10.0)
+        wait_until(lambda: self._product.mode() == mode)
 
     def target(self) -> np.ndarray:
         """The target that the rig has [mm]."""

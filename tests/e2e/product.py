@@ -38,6 +38,7 @@ class Product:
         ready = folder / "up.json"
         environment = os.environ | {"XDG_STATE_HOME": str(folder / "state"), "TENDRIL_LIGHT_SCENE": "1"}
         self.state = folder / "state" / "tendril"
+        environment["TENDRIL_CONTROL_LAPSE"] = "20"  # machines under test pause; that the rig holds then is tested
         environment["TENDRIL_RECORD_FAULTS"] = "0"  # tests stop the rig often, and press the record button themselves
         self.rig = read_rig_file(rig_file).name if rig_file else f"e2e-{os.getpid()}-{folder.name}"
         command = [
@@ -74,7 +75,7 @@ class Product:
             found[:] = [child for child in psutil.Process(self.process.pid).children() if module in child.cmdline()]
             return len(found) == 1
 
-        wait_until(look, 10.0)
+        wait_until(look)
         return found[0]
 
     def mode(self) -> Mode:
@@ -102,7 +103,13 @@ class Product:
         assert code == 0, (self.folder / "up.log").read_text()
 
 
-def wait_until(condition: Callable[[], Any], seconds: float, each: Callable[[], Any] = lambda: None) -> float:
+PATIENCE_S = 90.0
+"""Seconds for which a test of the page waits: machines under test pause for half a minute, and none asserts a time."""
+
+
+def wait_until(
+    condition: Callable[[], Any], seconds: float = PATIENCE_S, each: Callable[[], Any] = lambda: None
+) -> float:
     """Poll `condition` until it is true; returns the seconds it took, fails after `seconds`."""
     start = time.monotonic()
     while not condition():
@@ -139,13 +146,15 @@ def open_page(
         remember(context, "tendril-guide", "seen")
     if not with_3d:
         remember(context, "tendril-3d", "closed")
-    return go_to(context.new_page(), product)
+    page = context.new_page()
+    page.set_default_timeout(1e3 * PATIENCE_S)
+    return go_to(page, product)
 
 
 def go_to(page: Page, product: Product) -> Page:
     """Go there by the address with the token, and wait for live telemetry."""
     page.goto(product.url)
-    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)  # by evaluate: the page forbids eval
+    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"))  # by evaluate: the page forbids eval
     return page
 
 
@@ -162,7 +171,7 @@ def shot(page: Page, name: str) -> None:
 
 def pixels_of(page: Page, colour: tuple[int, int, int], region: dict[str, float]) -> np.ndarray:
     """Window pixels (n, 2) of `region` that have about this colour: what is drawn in a foreign frame."""
-    picture = page.screenshot(clip=region, timeout=60_000)  # type: ignore[arg-type]
+    picture = page.screenshot(clip=region, timeout=1e3 * PATIENCE_S)  # type: ignore[arg-type]
     values = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), float)
     rows, columns = np.nonzero(np.abs(values - colour).max(axis=-1) < 25)
     return np.column_stack([columns + region["x"], rows + region["y"]])

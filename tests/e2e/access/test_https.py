@@ -37,9 +37,9 @@ def test_page_and_frames_work_under_https_and_nothing_goes_around_it(secure: Bro
     page = open_page(secure, product, with_3d=True)
     page.on("websocket", lambda socket: asked.add(socket.url.split("://")[0]))
     page.reload()
-    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 60.0)
+    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"))
     operate(page)
-    wait_until(lambda: gizmo(page), 60.0)
+    wait_until(lambda: gizmo(page))
     shot(page, "https")
     open_recording(page, made)
     sight(page, "Signals")
@@ -58,4 +58,4 @@ def operate(page: Page) -> None:
     expect(page.get_by_test_id("state")).to_contain_text("HOLD")
     before = frame(page)["target"]
     drag(page, PATH_MM, 2.0)
-    wait_until(lambda: frame(page)["target"] != before, 10.0)
+    wait_until(lambda: frame(page)["target"] != before)

@@ -62,7 +62,7 @@ def slide(page: Page, test_id: str, to: float) -> None:
 def test_a_page_left_alone_moves_nothing_and_stops_until_it_is_unlocked(touched: Page, product: Product) -> None:
     choose(touched, "30", "slide")
     touched.get_by_test_id("primary-follow").tap()
-    wait_until(lambda: product.mode() == Mode.FOLLOW, 5.0)
+    wait_until(lambda: product.mode() == Mode.FOLLOW)
     x, y = touched.evaluate("window.__tendril.handle()")
     leave(touched, 31)
     shot(touched, "lock-slide-390")
@@ -77,7 +77,7 @@ def test_a_page_left_alone_moves_nothing_and_stops_until_it_is_unlocked(touched:
     assert frame(touched)["target"] == before and product.mode() == Mode.FOLLOW
     assert touched.evaluate("document.querySelector('#root').inert")
     touched.get_by_test_id("stop-hold").tap()
-    wait_until(lambda: product.mode() == Mode.HOLD, 5.0)
+    wait_until(lambda: product.mode() == Mode.HOLD)
     assert troubles(touched, "locked") == []
     press(touched, product, touch=True, where="locked")
     box = touched.get_by_test_id("unlock").bounding_box()

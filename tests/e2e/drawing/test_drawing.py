@@ -30,7 +30,7 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     page.get_by_test_id("timing").select_option("duration")
     page.get_by_test_id("duration").fill("3")
     expect(page.get_by_test_id("drawing-reason")).to_contain_text("retimed from 3 s to 3.5")
-    wait_until(lambda: fact(page, "Duration").startswith("3.5"), 5.0)
+    wait_until(lambda: fact(page, "Duration").startswith("3.5"))
     assert float(fact(page, "Out of reach").split()[0]) > 5.0
     expect(page.get_by_test_id("drawing-reason")).to_contain_text("out of reach")
     assert drawn(page, VERMILION) > 20, "what is out of reach is red"
@@ -38,7 +38,7 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
 
     page.get_by_test_id("preview").click()
     expect(page.get_by_test_id("prediction")).to_contain_text("RMSE")
-    wait_until(lambda: drawn(page, PINK) > 50, 5.0)
+    wait_until(lambda: drawn(page, PINK) > 50)
     shot(page, "drawing-previewed")
 
     page.get_by_test_id("drawing-name").fill("Loop")
@@ -49,13 +49,13 @@ def test_a_drawing_is_judged_previewed_saved_loaded_and_run(page: Page) -> None:
     page.get_by_text("Drawing", exact=True).click()
     page.get_by_test_id("saved-drawings").click()
     page.get_by_test_id("saved-drawing").filter(has_text="Loop").click()
-    wait_until(lambda: fact(page, "Duration").startswith("3.5"), 5.0)
+    wait_until(lambda: fact(page, "Duration").startswith("3.5"))
     assert drawn(page, AMBER) > 50
 
     page.get_by_test_id("run").click()
     expect(page.get_by_test_id("run-progress")).to_be_visible()
     shot(page, "drawing-runs")
-    expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done", timeout=10_000)
+    expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done")
     assert frame(page)["mode"] == Mode.HOLD
     expect(page.get_by_test_id("run-result-facts")).to_contain_text("RMSE")
     expect(page.get_by_test_id("run-recording")).to_be_visible()
@@ -68,18 +68,18 @@ def test_a_long_preview_comes_bit_by_bit_and_can_be_cancelled(page: Page) -> Non
     page.get_by_role("tab", name="Run").click()
     page.get_by_test_id("timing").select_option("duration")
     page.get_by_test_id("duration").fill("280")
-    wait_until(lambda: fact(page, "Duration").startswith("280"), 10.0)
+    wait_until(lambda: fact(page, "Duration").startswith("280"))
     page.get_by_test_id("preview").click()
     expect(page.get_by_test_id("preview-progress")).to_be_visible()
-    wait_until(lambda: drawn(page, PINK) > 0, 5.0)
+    wait_until(lambda: drawn(page, PINK) > 0)
     shot(page, "drawing-foreseen-in-part")
     page.get_by_test_id("cancel-preview").click()
     expect(page.get_by_test_id("preview")).to_be_enabled()
     expect(page.get_by_test_id("prediction")).to_be_empty()
-    wait_until(lambda: drawn(page, PINK) == 0, 5.0)
+    wait_until(lambda: drawn(page, PINK) == 0)
 
     page.get_by_test_id("duration").fill("10")
-    wait_until(lambda: fact(page, "Duration").startswith("10"), 5.0)
+    wait_until(lambda: fact(page, "Duration").startswith("10"))
     page.get_by_test_id("preview").click()
     expect(page.get_by_test_id("prediction")).to_contain_text("RMSE")
 
@@ -92,13 +92,13 @@ def test_an_unsaved_drawing_outlives_a_reload_and_a_cleared_one_does_not(
     draw(page, LOOP_MM)
     page.get_by_role("tab", name="Run").click()
     page.get_by_test_id("drawing-name").fill("Not saved")
-    wait_until(lambda: fact(page, "Length").endswith("mm"), 5.0)
+    wait_until(lambda: fact(page, "Length").endswith("mm"))
     length = fact(page, "Length")
     page.reload()
-    wait_until(lambda: page.evaluate("!!window.__tendril?.frame") and drawn(page, AMBER) > 50, 20.0)
+    wait_until(lambda: page.evaluate("!!window.__tendril?.frame") and drawn(page, AMBER) > 50)
     page.get_by_role("tab", name="Run").click()
     expect(page.get_by_test_id("drawing-name")).to_have_value("Not saved")
-    wait_until(lambda: fact(page, "Length") == length, 5.0)
+    wait_until(lambda: fact(page, "Length") == length)
     shot(page, "drawing-reloaded")
     page.get_by_test_id("clear-drawing").click()
     page.reload()

@@ -231,7 +231,7 @@ def test_an_svg_path_is_shown_and_imported_under_the_name_of_its_file(page: Page
     expect(page.get_by_role("radio", name="Drawing")).to_be_checked()
     expect(page.get_by_test_id("drawing-name")).to_have_value("square")
     expect(page.get_by_test_id("piece-size")).to_have_value("40")
-    wait_until(lambda: length(page) == "160 mm", 5.0)
+    wait_until(lambda: length(page) == "160 mm")
     page.get_by_test_id("clear-drawing").click()
     expect(page.get_by_test_id("piece-size")).to_have_count(0)
 
@@ -276,7 +276,7 @@ def test_a_table_is_imported_as_its_header_says_or_as_it_is_chosen(page: Page) -
     assert [fact(page, name) for name in ("Rows", "Duration", "Length")] == ["2", "2.00 s", "20.0 mm"]
     take(page)
     expect(page.get_by_test_id("piece-size")).to_have_value("20")
-    wait_until(lambda: length(page) == "20 mm", 5.0)
+    wait_until(lambda: length(page) == "20 mm")
     expect(page.get_by_test_id("timing")).to_have_value("given")
     expect(page.get_by_test_id("drawing-name")).to_have_value("stroke")
     page.get_by_test_id("clear-drawing").click()

@@ -30,14 +30,14 @@ def test_vu_is_chosen_by_keyboard_seen_on_the_plan_and_cleared(page: Page) -> No
     expect(menu).to_have_value("VU")
     expect(page.get_by_role("img", name="Shape of VU")).to_be_visible()
     assert menu.bounding_box() == place, "the thumbnail pushes nothing"
-    wait_until(lambda: amber(page, -53, 8, 122, 153) > 60, 10.0)
+    wait_until(lambda: amber(page, -53, 8, 122, 153) > 60)
     assert amber(page, -53, -40, 122, 130) == 0, "the V leaves the lower left corner of its box free"
     shot(page, "reference-light")
     page.get_by_role("button", name="Dark colours").click()
-    wait_until(lambda: amber(page, -53, 8, 122, 153) > 60, 10.0)
+    wait_until(lambda: amber(page, -53, 8, 122, 153) > 60)
     shot(page, "reference-dark")
     page.get_by_test_id("reference-clear").click()
-    wait_until(lambda: amber(page, -53, 8, 122, 153) == 0, 10.0)
+    wait_until(lambda: amber(page, -53, 8, 122, 153) == 0)
     expect(page.get_by_test_id("reference-facts")).to_have_count(0)
     expect(page.get_by_role("img", name="Shape of VU")).to_have_count(0)
 
@@ -49,5 +49,5 @@ def test_the_menu_is_grouped_by_task_and_offers_the_live_path(page: Page) -> Non
     expect(page.get_by_text("Task 2: periodic")).to_be_attached()
     page.get_by_role("option", name="Live path").click()
     expect(page.get_by_test_id("reference-facts")).to_contain_text("30 s")
-    wait_until(lambda: amber(page, 0, 250, -40, 160) > 300, 10.0)
+    wait_until(lambda: amber(page, 0, 250, -40, 160) > 300)
     shot(page, "reference-live-path")

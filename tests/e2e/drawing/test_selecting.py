@@ -92,7 +92,7 @@ def test_strokes_are_selected_grouped_turned_and_undone_in_single_steps(page: Pa
     before = places_mm(page)
     page.keyboard.press("ArrowRight")
     page.keyboard.press("Shift+ArrowUp")
-    wait_until(lambda: np.allclose(places_mm(page) - before, (1.0, 10.0), atol=0.01), 5.0)
+    wait_until(lambda: np.allclose(places_mm(page) - before, (1.0, 10.0), atol=0.01))
     page.keyboard.press("Control+z")
     page.keyboard.press("Control+z")
     assert places_mm(page) == pytest.approx(before, abs=1e-9)
@@ -101,7 +101,7 @@ def test_strokes_are_selected_grouped_turned_and_undone_in_single_steps(page: Pa
     top, across = pixel(page, 35, 145)[1] - TURN_PX, pixel(page, 35, 135)[1]
     shot(page, "strokes-selected")
     drag(page, (middle, top), (middle - (across - top), across))
-    wait_until(lambda: np.allclose(turns_deg(page), 90.0, atol=3.0), 5.0)
+    wait_until(lambda: np.allclose(turns_deg(page), 90.0, atol=3.0))
     assert places_mm(page)[:, 0] == pytest.approx(35.0, abs=1.5), "a quarter turn about the middle of the box"
     shot(page, "strokes-turned")
     page.keyboard.press("Control+z")
@@ -133,7 +133,7 @@ def test_with_the_select_tool_arrows_leave_the_target_alone(page: Page) -> None:
     page.get_by_test_id("tool-drag").click()
     page.get_by_test_id("plan").focus()
     page.keyboard.press("ArrowUp")
-    wait_until(lambda: page.evaluate("window.__tendril.handle()") != target, 5.0)
+    wait_until(lambda: page.evaluate("window.__tendril.handle()") != target)
 
 
 def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: BrowserContext, product: Product) -> None:
@@ -155,7 +155,7 @@ def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: Brows
     page.get_by_text("Drawing", exact=True).click()
     page.get_by_test_id("saved-drawings").click()
     page.get_by_test_id("saved-drawing").filter(has_text="Bars").click()
-    wait_until(lambda: len(pieces(page)) == 3, 5.0)
+    wait_until(lambda: len(pieces(page)) == 3)
     for piece, before in zip(pieces(page), kept, strict=True):
         assert piece["group"] == before["group"]
         assert piece["placement"]["angle"] == pytest.approx(np.radians(15.0))
@@ -163,7 +163,7 @@ def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: Brows
     page.get_by_test_id("tool-select").click()
     page.mouse.click(*pixel(page, *places_mm(page)[0]))
     selected(page, 3)
-    wait_until(lambda: fact(page, "Travel").endswith(" s"), 10.0)
+    wait_until(lambda: fact(page, "Travel").endswith(" s"))
     assert float(fact(page, "Travel").split()[0]) > 0.3
     assert fact(page, "Length") == "60 mm", "without the ways between the strokes"
     expect(page.locator(".legend .key-travel")).to_be_visible()
@@ -174,12 +174,12 @@ def test_saved_strokes_come_back_as_pieces_and_are_followed_again(context: Brows
 
     before = len(runs())  # the card shows the last one of another test, too
     page.get_by_test_id("run").click()
-    wait_until(lambda: len(runs()) == before + 1, 30.0)
-    expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done", timeout=30_000)
+    wait_until(lambda: len(runs()) == before + 1)
+    expect(page.get_by_test_id("run-result")).to_have_attribute("data-state", "done")
     shot(page, "strokes-result")
     page.get_by_test_id("follow-last").click()
     expect(page.get_by_test_id("run-progress")).to_be_visible()
-    wait_until(lambda: len(runs()) == before + 2, 30.0)
+    wait_until(lambda: len(runs()) == before + 2)
     again = runs()[0]
     assert (again["name"], again["state"]) == ("Bars", "done"), again
 

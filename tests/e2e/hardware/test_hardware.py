@@ -148,11 +148,11 @@ def test_a_chamber_fills_while_its_button_is_held_and_not_after_its_release(
         (lambda: (button.hover(), rig_page.mouse.down()), lambda: rig_page.mouse.move(400.0, 400.0)),
     ):
         press()
-        wait_until(lambda: pressures(product)[2] > JOGGED, 10.0)
+        wait_until(lambda: pressures(product)[2] > JOGGED)
         assert [one > JOGGED for one in pressures(product)] == [False, False, True, False]
         release()
         expect(button).to_have_attribute("aria-pressed", "false")
-        wait_until(lambda: max(pressures(product)) < JOGGED, 10.0)
+        wait_until(lambda: max(pressures(product)) < JOGGED)
         rig_page.mouse.up()
     shot(rig_page, "hardware-jog")
     findings = in_both_schemes(rig_page, "jog", "[data-testid=jog]")

@@ -38,7 +38,7 @@ def test_a_painter_that_throws_is_marked_and_all_else_goes_on(page: Page, produc
     hand.wait(Mode.FOLLOW)
     page.get_by_test_id("health").dispatch_event("click")  # the mouse is down elsewhere
     age = page.get_by_test_id("command-age").inner_text()
-    wait_until(lambda: page.get_by_test_id("command-age").inner_text() != age, 10.0)
+    wait_until(lambda: page.get_by_test_id("command-age").inner_text() != age)
     page.wait_for_timeout(2500)
     shot(page, "painter-failed")
     assert len([text for text in said if "is not drawn" in text]) == 1, said

@@ -27,7 +27,7 @@ def told(page: Page) -> list[str]:
 
 def stop_and_clear(page: Page, product: Product) -> None:
     """An E-STOP and out of it again, as another page would ask for."""
-    wait_until(lambda: ask(page, "POST", "/api/command", request="e_stop"), 60.0)
+    wait_until(lambda: ask(page, "POST", "/api/command", request="e_stop"))
     expect(page.get_by_test_id("state")).to_contain_text("E-STOP")
     clear(page, product)
 
@@ -35,7 +35,7 @@ def stop_and_clear(page: Page, product: Product) -> None:
 def test_it_is_asked_by_a_click_and_told_only_while_nobody_looks(context: BrowserContext, product: Product) -> None:
     context.add_init_script(STUB)
     page = open_page(context, product)
-    wait_until(lambda: ask(page, "POST", "/api/lease"), 60.0)
+    wait_until(lambda: ask(page, "POST", "/api/lease"))
     assert page.evaluate("window.asked") == 0
     page.get_by_test_id("notify").click()
     page.get_by_test_id("notify-on").click()

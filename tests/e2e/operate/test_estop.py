@@ -20,7 +20,7 @@ def touched(browser: Browser, product: Product) -> Iterator[Page]:
     """A page that operates, on a screen that is touched."""
     context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, color_scheme="dark")
     page = open_page(context, product)
-    wait_until(lambda: ask(page, "POST", "/api/lease"), 10.0)
+    wait_until(lambda: ask(page, "POST", "/api/lease"))
     yield page
     ask(page, "DELETE", "/api/lease")
     context.close()
@@ -65,7 +65,7 @@ def test_it_is_in_reach_in_review_and_of_a_phone_that_is_turned(touched: Page, p
 def panned_to(page: Page, name: str) -> list[str]:
     """What is wrong with the edge of the page that is zoomed by two fingers, where this control is in sight."""
     page.evaluate(f"document.querySelector('[data-testid={name}]').scrollIntoView()")
-    wait_until(lambda: page.evaluate("visualViewport.scale > 2 && visualViewport.offsetTop > 100"), 5.0)
+    wait_until(lambda: page.evaluate("visualViewport.scale > 2 && visualViewport.offsetTop > 100"))
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     return troubles(page, "zoomed by two fingers")
 
@@ -118,8 +118,8 @@ def test_without_its_cookie_it_stops_by_the_socket_and_signed_out_names_the_hard
     expect(news).to_contain_text("by the socket: no connection; by HTTP: sign in first")
     touched.get_by_test_id("token").fill(product.url.split("token=")[1])
     touched.get_by_test_id("sign-in").click()
-    expect(touched.get_by_test_id("state")).to_contain_text("E-STOP", timeout=20_000)
-    wait_until(lambda: ask(touched, "POST", "/api/lease"), 30.0)  # its former session operates until it lapses
+    expect(touched.get_by_test_id("state")).to_contain_text("E-STOP")
+    wait_until(lambda: ask(touched, "POST", "/api/lease"))  # its former session operates until it lapses
     clear(touched, product)
 
 
@@ -128,7 +128,7 @@ def test_it_arrives_by_http_where_the_socket_is_cut(browser: Browser, product: P
     context.route_web_socket("**/ws/live", lambda socket: socket.close())
     page = context.new_page()
     page.goto(product.url)
-    expect(page.get_by_test_id("state")).to_contain_text("NO LINK", timeout=20_000)
+    expect(page.get_by_test_id("state")).to_contain_text("NO LINK")
     page.get_by_test_id("e-stop").click()
     expect(page.get_by_test_id("stop-news")).to_contain_text("E-STOP arrived by HTTP (by the socket: no connection)")
     assert product.mode() == Mode.E_STOP

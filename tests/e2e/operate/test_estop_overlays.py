@@ -101,7 +101,7 @@ def emptying(page: Page) -> Locator:
     ask(page, "POST", "/api/recordings")
     ask(page, "DELETE", "/api/recordings/current")
     newest = page.request.get(place).json()[0]["id"]
-    wait_until(lambda: ask(page, "DELETE", f"/api/recordings/{newest}"), 20.0)
+    wait_until(lambda: ask(page, "DELETE", f"/api/recordings/{newest}"))
     page.get_by_text("Review", exact=True).click()
     page.get_by_test_id("show-deleted").locator("..").click()  # its input itself has no size
     page.get_by_test_id("empty-bin").click()
@@ -192,7 +192,7 @@ def page(browser: Browser, product: Product) -> Iterator[Page]:
     record_circle(product.recordings, "short", 2.0)
     context = browser.new_context(viewport={"width": 320, "height": 568}, has_touch=True)
     opened_page = open_page(context, product)
-    wait_until(lambda: ask(opened_page, "POST", "/api/lease"), 30.0)
+    wait_until(lambda: ask(opened_page, "POST", "/api/lease"))
     yield opened_page
     ask(opened_page, "DELETE", "/api/lease")
     context.close()
@@ -201,7 +201,7 @@ def page(browser: Browser, product: Product) -> Iterator[Page]:
 def fresh(page: Page) -> None:
     """The page as it is after a reload, in Live."""
     page.goto(page.url.split("#")[0].split("?")[0])
-    expect(page.get_by_test_id("state")).to_contain_text("VENTED", timeout=20_000)
+    expect(page.get_by_test_id("state")).to_contain_text("VENTED")
     ask(page, "POST", "/api/lease")
 
 
@@ -256,4 +256,4 @@ def test_it_is_pressed_over_the_question_before_a_take_over(page: Page, product:
             other.post("/api/command", json={"request": "clear"}).raise_for_status()
         other.delete("/api/lease")
     expect(page.get_by_test_id("state")).to_contain_text("VENTED")
-    wait_until(lambda: ask(page, "POST", "/api/lease"), 10.0)
+    wait_until(lambda: ask(page, "POST", "/api/lease"))

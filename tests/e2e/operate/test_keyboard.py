@@ -60,7 +60,7 @@ def test_two_runs_and_their_comparison_need_no_pointer(context: BrowserContext, 
     rows = page.get_by_test_id("compare-table").locator("tbody tr")
     expect(rows).to_have_count(2)
     expect(page.get_by_test_id("quick-plot")).to_have_count(6)
-    wait_until(lambda: coloured(page)[0] > 100, 20.0)
+    wait_until(lambda: coloured(page)[0] > 100)
     keys.go("back", back=True)
     keys.press("Enter")
     expect(first).to_be_visible()

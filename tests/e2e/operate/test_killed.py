@@ -39,12 +39,12 @@ def test_a_killed_server_leaves_the_rig_at_rest_and_no_tick_of_the_recording_is_
     killed = product.child("server.app")
     last = ring.newest()
     os.kill(killed.pid, signal.SIGKILL)
-    wait_until(lambda: product.mode() == Mode.HOLD, 2.0)
+    wait_until(lambda: product.mode() == Mode.HOLD)
     shot(page, "server-gone")
-    wait_until(lambda: product.child("server.app").pid != killed.pid, 10.0)
-    expect(page.get_by_test_id("state")).to_contain_text("HOLD", timeout=20_000)
+    wait_until(lambda: product.child("server.app").pid != killed.pid)
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
     assert last is not None
-    wait_until(lambda: len(list(product.recordings.glob("*.rrd"))) == 2, 20.0)
+    wait_until(lambda: len(list(product.recordings.glob("*.rrd"))) == 2)
     time.sleep(1.0)
     ticks = np.sort(np.concatenate([read_rows(path)["tick"] for path in product.recordings.glob("*.rrd")]))
     assert ticks[-1] > last["tick"]
@@ -71,8 +71,8 @@ def test_without_any_server_the_rig_ramps_to_rest(page: Page, product: Product) 
     server = product.child("server.app")
     server.suspend()
     try:
-        wait_until(lambda: product.mode() in (Mode.REST, Mode.VENTED), 35.0)
-        wait_until(lambda: product.mode() == Mode.VENTED, 10.0)
+        wait_until(lambda: product.mode() in (Mode.REST, Mode.VENTED))
+        wait_until(lambda: product.mode() == Mode.VENTED)
     finally:
         server.resume()
     assert psutil.pid_exists(server.pid)

@@ -34,7 +34,7 @@ def operator(page: Page) -> Iterator[Page]:
     yield page
     page.get_by_role("tab", name="Control").click()
     page.get_by_test_id("disarm").click()
-    wait_until(lambda: frame(page)["mode"] == Mode.VENTED, 5.0)
+    wait_until(lambda: frame(page)["mode"] == Mode.VENTED)
     page.get_by_test_id("lease-release").click()
 
 
@@ -67,7 +67,7 @@ def test_the_tip_follows_a_target_dragged_in_the_plan_view(operator: Page) -> No
     errors = drag(operator, PATH_MM, 4.0)
     expect(operator.get_by_test_id("state")).to_contain_text("FOLLOW")
     shot(operator, "follow")
-    wait_until(lambda: tip_error_mm(operator, *PATH_MM[-1]) < 3.0, 8.0)
+    wait_until(lambda: tip_error_mm(operator, *PATH_MM[-1]) < 3.0)
     time.sleep(1.0)
     assert tip_error_mm(operator, *PATH_MM[-1]) < 3.0
     assert float(np.sqrt(np.mean(np.square(errors)))) < 3.0
@@ -78,7 +78,7 @@ def test_sensing_only_rod_6_keeps_the_loop_stable(operator: Page) -> None:
     drag(operator, PATH_MM[:20], 2.0)
     operator.get_by_role("tab", name="Sensing").click()
     operator.get_by_test_id("preset-rod6").click()
-    wait_until(lambda: frame(operator)["sensed"] == 1 << 5, 2.0)
+    wait_until(lambda: frame(operator)["sensed"] == 1 << 5)
     shot(operator, "rod6")
     speeds = []
     for _ in range(20):
@@ -88,13 +88,13 @@ def test_sensing_only_rod_6_keeps_the_loop_stable(operator: Page) -> None:
     assert frame(operator)["mode"] == Mode.FOLLOW
     assert max(speeds[10:]) < 0.01
     operator.get_by_test_id("preset-tip").click()
-    wait_until(lambda: frame(operator)["sensed"] == 1 << 9, 2.0)
+    wait_until(lambda: frame(operator)["sensed"] == 1 << 9)
 
 
 def test_the_e_stop_vents_and_needs_clear_and_a_new_arm(operator: Page) -> None:
     drag(operator, PATH_MM[:10], 1.0)
     operator.get_by_test_id("e-stop").click()
-    wait_until(lambda: frame(operator)["mode"] == Mode.E_STOP, 1.0)
+    wait_until(lambda: frame(operator)["mode"] == Mode.E_STOP)
     assert frame(operator)["pressure_cmd"] == [0.0] * 4
     shot(operator, "e-stop")
     operator.get_by_test_id("clear").first.click()
@@ -136,7 +136,7 @@ def test_a_number_counts_as_it_is_typed_with_whatever_zeros(operator: Page) -> N
         operator.keyboard.press("Tab")
         operator.keyboard.type(typed)
         operator.keyboard.press("Enter")
-        wait_until(lambda value=value: operator.evaluate(K_FF) == [value, value], 5.0)  # type: ignore[misc]
+        wait_until(lambda value=value: operator.evaluate(K_FF) == [value, value])  # type: ignore[misc]
     operator.get_by_test_id("gains-reset").click()
 
 
@@ -146,9 +146,9 @@ def test_a_recording_of_a_run_opens_in_the_review_tab(operator: Page, product: P
     operator.get_by_test_id("record").click()
     operator.get_by_text("Review", exact=True).click()
     rows = operator.get_by_test_id("recording")
-    expect(rows.first).to_be_visible(timeout=10_000)
+    expect(rows.first).to_be_visible()
     assert rows.first.get_by_test_id("recording-gaps").inner_text() == "0", "no gap"
     rows.first.click()
-    expect(operator.get_by_test_id("quick-plot")).to_have_count(6, timeout=30_000)
+    expect(operator.get_by_test_id("quick-plot")).to_have_count(6)
     shot(operator, "review")
     operator.get_by_text("Live", exact=True).click()

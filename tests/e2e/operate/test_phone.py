@@ -95,7 +95,7 @@ def test_a_phone_alone_can_watch_stop_hold_and_record(phone: Page, product: Prod
     phone.get_by_test_id("sign-in").tap()
     expect(state).to_contain_text("VENTED")
     tick = frame(phone)["tick"]
-    wait_until(lambda: frame(phone)["tick"] > tick, 10.0)
+    wait_until(lambda: frame(phone)["tick"] > tick)
 
     amiss = out_of_reach(phone, *NEEDED, "lease-take")
     phone.get_by_test_id("lease-take").tap()
@@ -109,7 +109,7 @@ def test_a_phone_alone_can_watch_stop_hold_and_record(phone: Page, product: Prod
     expect(state).to_contain_text("FOLLOW")
     before = picture(plan)
     drag(phone, -20, -40)
-    wait_until(lambda: frame(phone)["p_meas"][1] > 0.02, 10.0)
+    wait_until(lambda: frame(phone)["p_meas"][1] > 0.02)
     assert picture(plan) != before, "the plan moves"
     amiss += out_of_reach(phone, *NEEDED, "mark-button") + cut_words(phone)
     phone.get_by_test_id("stop-hold").tap()
@@ -124,7 +124,7 @@ def test_a_phone_alone_can_watch_stop_hold_and_record(phone: Page, product: Prod
     amiss += out_of_reach(phone, "stop-hold", "recording-search", "compare-tick", "delete-recording")
     row.locator("button.link").tap()
     expect(phone.get_by_test_id("quick-plot")).to_have_count(6)
-    wait_until(lambda: coloured(phone)[0] > 100, 20.0)
+    wait_until(lambda: coloured(phone)[0] > 100)
     amiss += out_of_reach(phone, "stop-hold", "back", "export", "recording-notes", "quick-path")
     phone.get_by_test_id("export").tap()
     amiss += out_of_reach(phone, "export-format", "export-send")
@@ -135,7 +135,7 @@ def test_a_phone_alone_can_watch_stop_hold_and_record(phone: Page, product: Prod
     phone.get_by_test_id("clear-latch").tap()
     expect(state).to_contain_text("VENTED")
     phone.get_by_test_id("primary-arm").tap()
-    wait_until(lambda: product.mode() == Mode.HOLD, 10.0)
+    wait_until(lambda: product.mode() == Mode.HOLD)
     assert not amiss, "\n".join(amiss)
 
 

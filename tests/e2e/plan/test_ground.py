@@ -44,7 +44,7 @@ def asker(browser: Browser, product: Product) -> Iterator[Page]:
     remember(context, "tendril-3d", "closed")
     page = context.new_page()
     page.goto(product.ready.viewer_url)
-    expect(page.get_by_test_id("me")).to_have_attribute("data-role", "viewer", timeout=20_000)
+    expect(page.get_by_test_id("me")).to_have_attribute("data-role", "viewer")
     yield page
     context.close()
 

@@ -37,7 +37,7 @@ NEWEST_LABELS = """async () => {
 def operator(page: Page) -> Iterator[Page]:
     """The page operates, and records; in the dark, whose ink is looked for."""
     page.emulate_media(color_scheme="dark")
-    wait_until(lambda: ask(page, "POST", "/api/lease"), 30.0)
+    wait_until(lambda: ask(page, "POST", "/api/lease"))
     expect(page.get_by_test_id("lease-release")).to_be_visible()  # before it knows, a key does nothing
     expect(page.get_by_test_id("record")).to_contain_text("Record")  # nor, or the opposite, while another one ends
     page.get_by_test_id("plan").focus()
@@ -66,7 +66,7 @@ def test_a_bookmark_is_set_by_key_named_by_typing_and_found_again(operator: Page
     operator.wait_for_timeout(3000)  # 15 columns in a plot of a minute: lines that are 2 apart are one
     operator.get_by_test_id("mark-button").click()
     operator.get_by_test_id("mark-label").press("Enter")
-    wait_until(lambda: lines(operator.get_by_test_id("chart").first.locator("canvas")) == 2, 60.0)
+    wait_until(lambda: lines(operator.get_by_test_id("chart").first.locator("canvas")) == 2)
     shot(operator, "bookmarks-live")
     operator.get_by_test_id("record").click()
     operator.get_by_text("Review", exact=True).click()
@@ -74,8 +74,8 @@ def test_a_bookmark_is_set_by_key_named_by_typing_and_found_again(operator: Page
     expect(row.get_by_text("2 bookmarks", exact=True)).to_be_visible()
     row.click()
     plot = operator.get_by_test_id("quick-plot").first
-    expect(plot).to_be_visible(timeout=90_000)
-    wait_until(lambda: lines(plot.locator("canvas")) == 2, 60.0)
+    expect(plot).to_be_visible()
+    wait_until(lambda: lines(plot.locator("canvas")) == 2)
     labels = operator.get_by_test_id("bookmark-label")
     expect(labels.first).to_have_value("barely touched")
     shot(operator, "bookmarks-review")
@@ -106,7 +106,7 @@ def test_a_label_is_typed_to_its_end_though_the_recording_ends_meanwhile(operato
     operator.keyboard.press("Enter")
     expect(label).to_be_hidden()
     expect(operator.get_by_test_id("record-profile")).to_be_visible()
-    wait_until(lambda: operator.evaluate(NEWEST_LABELS) == ["firm rough grip"], 10.0)
+    wait_until(lambda: operator.evaluate(NEWEST_LABELS) == ["firm rough grip"])
 
 
 def test_a_viewer_sees_bookmarks_and_may_change_none(browser: Browser, tmp_path: Path) -> None:

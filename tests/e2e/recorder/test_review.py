@@ -80,7 +80,7 @@ def test_the_cursor_is_common_and_a_drag_zooms_every_plot(page: Page, made: list
     open_link(page, f"#review/{made[0].id}")
     plots = page.get_by_test_id("quick-plot")
     expect(plots).to_have_count(6)
-    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100, 20.0)  # until then they are made again
+    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100)  # until then they are made again
     expect(plots.first.locator(".u-over")).to_be_visible()
     over = plots.first.locator(".u-over").bounding_box()
     assert over
@@ -146,7 +146,7 @@ def test_a_link_is_kept_through_the_sign_in(context: BrowserContext, product: Pr
     )
     page = context.new_page()
     page.goto(f"{product.url}#review/{made[0].id}")
-    expect(page.locator("h2.bar-title")).to_contain_text("Hoop slow", timeout=20_000)
+    expect(page.locator("h2.bar-title")).to_contain_text("Hoop slow")
 
 
 def test_name_and_notes_are_sent_when_the_field_is_left_and_deletion_asks(page: Page, product: Product) -> None:
@@ -203,7 +203,7 @@ def test_notes_that_are_being_typed_outlive_back(page: Page, product: Product, m
     page.get_by_test_id("recording-notes").fill("typed, and not left")
     page.go_back()
     expect(page.get_by_test_id("recordings")).to_be_visible()
-    wait_until(lambda: page.request.get(place).json()["notes"] == "typed, and not left", 5.0)
+    wait_until(lambda: page.request.get(place).json()["notes"] == "typed, and not left")
 
 
 def test_figures_stand_whole_and_by_cycle_as_the_server_measures_them(
@@ -297,7 +297,7 @@ def test_what_the_plots_show_of_the_chosen_signals_is_exported(
 ) -> None:
     review(page)
     open_link(page, f"#review/{made[0].id}")
-    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100, 20.0)
+    wait_until(lambda: len(coloured(page)) == 6 and min(coloured(page)) > 100)
     box = page.get_by_test_id("quick-plot").first.locator(".u-over").bounding_box()
     assert box
     for share, act in ((0.25, page.mouse.down), (0.5, page.mouse.up)):
@@ -338,7 +338,7 @@ def test_an_export_says_that_it_is_being_made_and_can_be_cancelled(page: Page, m
     shot(page, "export-being-made")
     page.get_by_test_id("export-cancel").click()
     expect(page.get_by_test_id("export-send")).to_be_visible()
-    wait_until(lambda: page.wait_for_timeout(50) or any(asked.search(url) for url in failed), 10.0)
+    wait_until(lambda: page.wait_for_timeout(50) or any(asked.search(url) for url in failed))
     page.unroute(asked)
     page.route(asked, lambda route: route.fulfill(status=422, json={"detail": "the file has no such signal"}))
     page.get_by_test_id("export-send").click()

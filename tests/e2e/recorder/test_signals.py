@@ -55,7 +55,7 @@ def test_the_viewer_is_ready_behind_the_quick_look_opens_when_shown_and_hears_es
     open_recording(page, made)
     notes, frame = page.get_by_test_id("recording-notes"), page.get_by_test_id("viewer")
     notes.fill("the valve sticks")
-    expect(frame).to_have_attribute("data-ready", "true", timeout=60_000)
+    expect(frame).to_have_attribute("data-ready", "true")
     expect(frame).to_have_attribute("data-shown", "false")
     expect(notes).to_be_focused()  # who writes goes on
     shot(page, "signals-started-behind")
@@ -78,11 +78,11 @@ def test_a_viewer_at_rest_opens_what_it_is_told_without_anything_that_moves(
     page: Page, product: Product, made: Recording, asked: list[str]
 ) -> None:
     page.goto(f"{product.origin}/rerun/?hide_welcome_screen&persist=0")
-    wait_until(lambda: page.evaluate("!!window._handle"), 60.0)
+    wait_until(lambda: page.evaluate("!!window._handle"))
     page.wait_for_timeout(3000)  # its first frames are drawn
     url = f"{product.origin}/api/recordings/{made.id}.rrd"
     page.evaluate("(url) => postMessage({ tendril: 'open', url }, location.origin)", url)
-    wait_until(lambda: page.wait_for_timeout(100) or ".rrd" in asked, 30.0)
+    wait_until(lambda: page.wait_for_timeout(100) or ".rrd" in asked)
 
 
 @pytest.mark.long
@@ -95,12 +95,12 @@ def test_a_viewer_that_nobody_looks_at_is_let_go(context: BrowserContext, produc
     context.clock.fast_forward(121_000)
     expect(frame).to_have_count(0)
     sight(page, "Signals")
-    expect(frame).to_have_attribute("data-ready", "true", timeout=60_000)
+    expect(frame).to_have_attribute("data-ready", "true")
 
 
 def open_recording(page: Page, recording: Recording) -> None:
     page.evaluate("(hash) => { location.hash = hash; }", f"#review/{recording.id}")
-    expect(page.get_by_test_id("quick-plot")).to_have_count(6, timeout=30_000)
+    expect(page.get_by_test_id("quick-plot")).to_have_count(6)
 
 
 def sight(page: Page, name: str) -> None:
@@ -114,7 +114,7 @@ def esc_is_heard(page: Page) -> None:
     )
     page.get_by_test_id("viewer").click(position={"x": 300, "y": 5})
     page.keyboard.press("Escape")
-    wait_until(lambda: page.evaluate("window.heard === true"), 20.0)
+    wait_until(lambda: page.evaluate("window.heard === true"))
 
 
 def curves_stand(page: Page) -> None:
@@ -123,31 +123,31 @@ def curves_stand(page: Page) -> None:
     box = page.get_by_test_id("viewer").bounding_box()
     assert box
     curves = {**box, "x": box["x"] + 0.45 * box["width"], "width": 0.5 * box["width"]}
-    wait_until(lambda: len(pixels_of(page, OBSERVER_BLUE, curves)) > 100, 60.0)
+    wait_until(lambda: len(pixels_of(page, OBSERVER_BLUE, curves)) > 100)
 
 
 def follow_circle(page: Page) -> None:
     """To its end; once more where a busy machine kept the page from giving presence, which the result says."""
     result = page.get_by_test_id("run-result")
     begin_circle(page)
-    expect(result).to_have_attribute("data-state", re.compile("done|broken off"), timeout=30_000)
+    expect(result).to_have_attribute("data-state", re.compile("done|broken off"))
     if "operator lost" in result.inner_text():
         begin_circle(page)
-    expect(result).to_have_attribute("data-state", "done", timeout=30_000)
+    expect(result).to_have_attribute("data-state", "done")
 
 
 def test_the_cursor_stands_where_the_run_begins(page: Page) -> None:
     arm(page)
     follow_circle(page)
     page.get_by_test_id("run-recording").click()
-    expect(page.get_by_test_id("quick-plot").first).to_be_visible(timeout=20_000)
+    expect(page.get_by_test_id("quick-plot").first).to_be_visible()
     course = page.evaluate(STRETCHES, page.url.split("/")[-1])
     [begin, *_] = [stretch["start"] for stretch in course if stretch["kind"] == "run"]
     assert begin > 1.0, "before it are what was kept from before, and the approach"
     sight(page, "Signals")
     curves_stand(page)
     viewer = next(frame for frame in page.frames if "/rerun/" in frame.url)
-    wait_until(lambda: varint(round(begin * 1e9)) in bytes(viewer.evaluate(STATE)), 20.0)
+    wait_until(lambda: varint(round(begin * 1e9)) in bytes(viewer.evaluate(STATE)))
 
 
 def varint(value: int) -> bytes:

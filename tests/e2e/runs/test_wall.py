@@ -22,7 +22,7 @@ CUT = """() => [...document.querySelectorAll(".wall-number .number")]
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
 def test_nothing_is_cut_and_the_e_stop_is_in_reach(width: int, height: int, page: Page, product: Product) -> None:
-    wait_until(lambda: ask(page, "POST", "/api/lease"), 60.0)
+    wait_until(lambda: ask(page, "POST", "/api/lease"))
     page.set_viewport_size({"width": width, "height": height})
     page.evaluate("location.hash = '#wall'")
     expect(page.get_by_test_id("wall-state")).to_contain_text("VENTED")

@@ -93,7 +93,7 @@ def test_axe_finds_nothing_serious_in_records_runs_faults_and_in_what_opens(brow
     page.get_by_test_id("run").click()
     expect(page.get_by_test_id("run-progress")).to_be_visible()
     findings += look(page, "run under way", ".run")  # axe keeps a slow page from giving presence: the run may break off
-    expect(page.get_by_test_id("run-result")).to_be_visible(timeout=30_000)
+    expect(page.get_by_test_id("run-result")).to_be_visible()
     findings += in_both_schemes(page, "run's result", ".run")
 
     page.get_by_role("tab", name="Sensing").click()
@@ -195,6 +195,6 @@ def choose_a_scheme(page: Page) -> None:
     """Chosen by hand it is kept, whatever the system says; so is the end of the guide."""
     page.get_by_role("button", name="Light colours").click()
     page.reload()
-    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"), 20.0)
+    wait_until(lambda: page.evaluate("!!window.__tendril?.frame"))
     assert page.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
     expect(page.get_by_test_id("guide")).to_have_count(0)
