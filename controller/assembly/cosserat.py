@@ -33,7 +33,7 @@ ROUNDS = 20
 """Of the inverse iteration: the second mode is some 40 times as stiff."""
 SMALL = 1e-3
 """Largest acceleration of its loads [m/s^2]."""
-LONG = 1e9
+STATIC_STEP_S = 1e9
 """A step so long that no inertia is left in its equations [s]."""
 
 
@@ -144,7 +144,7 @@ def first_frequency(rod: CosseratRod, rest: Array) -> float:
         load = M * shape * (SMALL / np.abs(shape[1]).max())
         forces = still(rod)._replace(F=load[:2].copy(), moment=np.cumsum(load[2, ::-1])[::-1].copy())
         motion = RodMotion(rest.copy(), np.zeros((3, n)), np.zeros((3, n)))
-        rod_step(rod, forces, LONG, motion, newton)
+        rod_step(rod, forces, STATIC_STEP_S, motion, newton)
         shape = motion.way / 2.0
         square = float(np.sum(load * shape) / np.sum(M * shape**2))
     return math.sqrt(square)

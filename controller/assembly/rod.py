@@ -13,7 +13,7 @@ from controller.kernels.model.rod import RodModel
 from controller.schema.actuator import Actuator
 from controller.schema.rigidity import joint_stiffness
 
-FEWEST, MOST = 2, 1000
+RODS_MIN, RODS_MAX = 2, 1000
 """Rods of a model."""
 
 NO_STIFFNESS = 1e-9
@@ -39,8 +39,8 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
 
     Raises ParameterError for a number of rods out of bounds, and where gravity makes the unactuated body buckle.
     """
-    if not FEWEST <= rods <= MOST:
-        raise ParameterError(f"rods = {rods} is outside [{FEWEST}, {MOST}]")
+    if not RODS_MIN <= rods <= RODS_MAX:
+        raise ParameterError(f"rods = {rods} is outside [{RODS_MIN}, {RODS_MAX}]")
     L = np.full(rods, actuator.length / rods)
     m, arm, I = masses(actuator, L)  # noqa: E741
     k, b = joints(actuator, rods)

@@ -12,12 +12,17 @@ from typing import ClassVar, Generic, Literal, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from controller.arrays import Array
+from controller.arrays import Array, Array32
 from controller.errors import TendrilError
 from controller.schema.layout import Model
 
 O = TypeVar("O", bound=Model)  # noqa: E741  options
 Clock = Literal["two-way", "one-way", "arrival"]
+
+POINTS_MAX = 512
+"""More points than this are no view of one actuator."""
+COORDINATE_MAX_M = 1e3
+"""A coordinate beyond this is no measurement."""
 
 
 class DeviceError(TendrilError):
@@ -37,6 +42,11 @@ class Sample(NamedTuple):
     """(M,) 0 to 1; None: all are good."""
     number: int = -1
     """The device's own count of frames, by which losses are known; -1: it has none."""
+
+
+def plausible(points: Array | Array32) -> bool:
+    """Whether `points`, of any shape, are coordinates [m] of what a camera sees, or nan."""
+    return bool(np.all((np.abs(points) <= COORDINATE_MAX_M) | np.isnan(points)))
 
 
 class Angles(NamedTuple):

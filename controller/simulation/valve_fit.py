@@ -41,7 +41,7 @@ EXHAUST_AT = 60e3
 """Gauge pressure at which `exhaust` counts: of an ordinary step [Pa]."""
 CRITICAL_RATIO = 0.3
 """Of pressures, below which a valve's flow is choked (ISO 6358: usual for spool valves)."""
-MOST = (0.25, 0.15, 0.03)
+BOUNDS_S = (0.25, 0.15, 0.03)
 """Of delay and spool [s], and of the offset either way."""
 STARTS = [(delay, spool, 0.0) for delay in (0.003, 0.015, 0.05, 0.12) for spool in (0.002, 0.02)]
 """Where the search begins: the best two of these."""
@@ -228,11 +228,11 @@ def _rates(A: Array, course: Array) -> Array:
 
 
 def _search(left: Callable[[Array], Array], start: Sequence[float]) -> Any:
-    least = np.array([0.0, 0.0, -MOST[2]])
+    least = np.array([0.0, 0.0, -BOUNDS_S[2]])
     return least_squares(
         left,
-        np.clip(start, least + 1e-6, np.array(MOST) - 1e-6),
-        bounds=(least, MOST),
+        np.clip(start, least + 1e-6, np.array(BOUNDS_S) - 1e-6),
+        bounds=(least, BOUNDS_S),
         loss="soft_l1",
         f_scale=SCALE,
         x_scale=(0.01, 0.01, 0.003),

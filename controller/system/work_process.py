@@ -27,7 +27,7 @@ ANSWER_S = 120.0
 """Longest wait for an answer before the process is taken to hang."""
 SENDING_S = 10.0
 """The same for it to take in what it is asked."""
-TRIES = 2
+ATTEMPTS_MAX = 2
 NUMBER = struct.Struct("q")
 """Of a question, before it and before its answer."""
 
@@ -35,7 +35,7 @@ NUMBER = struct.Struct("q")
 class WorkProcess:
     """Thread safe. The process starts when it is first asked; it and all that it runs end when this one does."""
 
-    def __init__(self, name: str, patience: float | None = ANSWER_S, nice: int = 0, tries: int = TRIES) -> None:
+    def __init__(self, name: str, patience: float | None = ANSWER_S, nice: int = 0, tries: int = ATTEMPTS_MAX) -> None:
         """`name` says what it is for, in errors and in the list of processes; `patience` None: work may take hours."""
         self._name, self._patience, self._nice, self._tries = name, patience, nice, tries
         self._child = ChildProcess(name, self._launch)

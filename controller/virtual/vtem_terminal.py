@@ -29,8 +29,8 @@ DUMP = FIRST_OUT + 3 * SLOTS
 OUTPUT_WORDS = DUMP - OUTPUTS + 1
 START = 0.05
 """From command to running app [s]."""
-LEAST, MOST = -900, 7000
-"""Setpoints that the motion app follows [mbar]."""
+MBAR_MIN, MBAR_MAX = -900, 7000
+"""Setpoints that the motion app follows."""
 
 __all__ = ["DUMP", "INPUTS", "OUTPUTS", "OUTPUT_WORDS", "WATCHDOG", "VtemTerminal"]
 
@@ -148,7 +148,7 @@ class VtemTerminal:
         pressures = np.zeros(CHANNELS)
         for channel in range(CHANNELS):
             word = self._out[3 + 3 * (channel // 2) + channel % 2]
-            pressures[channel] = np.clip(word - 65536 if word >= 32768 else word, LEAST, MOST) * 100.0
+            pressures[channel] = np.clip(word - 65536 if word >= 32768 else word, MBAR_MIN, MBAR_MAX) * 100.0
         asked = [slot for slot in range(SLOTS) if self._out[2 + 3 * slot]]
         runs = bool(asked) and all(self._mode(slot, now)[1] == RUNNING for slot in asked)
         dumped = not self._out[DUMP - OUTPUTS] & 1

@@ -17,7 +17,7 @@ POINTS = 512
 """Of one cycle, for its harmonics."""
 CLEAR = 0.25
 """A harmonic counts that has this share of the largest one."""
-SHORT = 0.5
+ROWS_SHORT = 0.5
 """So much may be missing to a whole cycle [rows]: a period is good for about that."""
 ON_ROW = 1e-6
 """So near to a row a cycle ends on it [rows]."""
@@ -38,7 +38,7 @@ class Period:
 
     def cycles(self, n: int) -> list[tuple[int, int]]:
         """First row and end of every whole cycle among n rows."""
-        count, length = math.floor((n - self.start + SHORT) / self.rows), math.ceil(self.rows - ON_ROW)
+        count, length = math.floor((n - self.start + ROWS_SHORT) / self.rows), math.ceil(self.rows - ON_ROW)
         begins = (min(self.start + math.floor(k * self.rows), n - length) for k in range(count))
         return [(begin, begin + length) for begin in begins]
 

@@ -107,7 +107,7 @@ STRANGERS: dict[str, Callable[[Scene], Seen]] = {
 ACTS |= STRANGERS | {f"{name}{OVER_TLS}": act for name, act in STRANGERS.items()}
 AT_OWN_RATES = ("estop-flood",)
 """Faults of a server with its own limits of how often it may be asked."""
-TRIES = 3
+ATTEMPTS_MAX = 3
 """So often a fault is tried when the machine itself stood still meanwhile."""
 TOLD = 12
 """Lines of the page's log that are shown where a fault was not survived."""
@@ -152,7 +152,7 @@ class Campaign:
         return verdicts
 
     def _judge(self, fault: Fault) -> Verdict | None:
-        for attempt in range(1, TRIES + 1):
+        for attempt in range(1, ATTEMPTS_MAX + 1):
             start = time.monotonic_ns()
             try:
                 seen = ACTS[fault.name](self._at(fault))
@@ -164,7 +164,7 @@ class Campaign:
                 disturbed = self._machine_stood_still(start)
                 self._show_log()
                 self._leave()
-                if not disturbed or attempt == TRIES:
+                if not disturbed or attempt == ATTEMPTS_MAX:
                     return _verdict(fault, _words(error), None)
         raise AssertionError
 

@@ -14,7 +14,7 @@ from server.rig import planner
 
 PAUSE = 2.0
 """For which a process is stopped [s]."""
-SHORT = 0.25
+SHORT_PAUSE_S = 0.25
 """The same, longer than the loop's gap and shorter than the supervisor waits [s]."""
 LAPS = 20
 """Of a preview that takes longer than that."""
@@ -49,7 +49,7 @@ def planner_killed(scene: Scene) -> Seen:
     killed = scene.work_process(planner.NAME)
     with ThreadPoolExecutor(1) as pool:
         answer = pool.submit(scene.operator.request, "POST", "/api/preview", reference=CIRCLE, laps=LAPS)
-        time.sleep(SHORT)
+        time.sleep(SHORT_PAUSE_S)
         require(not answer.done(), "the preview was there before the planner was killed")
         os.kill(killed, signal.SIGKILL)
         found = answer.result()
@@ -133,7 +133,7 @@ def rig_paused(scene: Scene) -> Seen:
     scene.track()
     mark = len(scene.operator.log)
     os.kill(scene.rig_process, signal.SIGSTOP)
-    time.sleep(SHORT)
+    time.sleep(SHORT_PAUSE_S)
     start = time.monotonic_ns()
     os.kill(scene.rig_process, signal.SIGCONT)
     row = scene.until(start, (Mode.HOLD,), SLACK)

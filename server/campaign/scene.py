@@ -58,7 +58,7 @@ SPEED, SLOW = 0.1, 0.01
 QUIET_SECONDS = 2.0
 """How long nothing may move after a fault without a fresh action [s]."""
 NAP = 0.05
-PATIENCE_DEVICES = 10.0
+DEVICES_READY_S = 10.0
 """Longest wait for devices that were plugged in again [s]."""
 DISK_TIMEOUT_S = 2.0
 """Of the campaign's servers with a disk that takes nothing [s]: others have 10 s."""
@@ -283,7 +283,7 @@ class Scene:
 
     def _arm_again(self) -> None:
         if self.virtual is not None:
-            wait(self._devices_run, PATIENCE_DEVICES, "devices that run", 0.1)
+            wait(self._devices_run, DEVICES_READY_S, "devices that run", 0.1)
         for request in ("e_stop", "clear", "arm"):
             self.operator.command(request)
         start = time.monotonic_ns()

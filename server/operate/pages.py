@@ -14,7 +14,7 @@ from server.http.given import given
 from server.http.who import Identity
 from server.log.events import LogEntry
 
-HEARD = 5.0
+ROUND_TRIP_NEWS_S = 5.0
 """Seconds for which a page's round trip is news."""
 
 
@@ -80,7 +80,7 @@ class Pages(Generic[P]):
     def round_trip(self) -> float:
         """Of the operator's page [s], nan where it is not known."""
         seconds, heard = self._round_trip
-        return seconds if self._now() - heard < HEARD else math.nan
+        return seconds if self._now() - heard < ROUND_TRIP_NEWS_S else math.nan
 
 
 GivenPages = Annotated[Pages[Any], given(Pages)]

@@ -25,7 +25,7 @@ ARROW_MIN_M = 1e-3
 """Shorter arrows are not drawn, nor smaller changes of one sent [m]."""
 USED, UNUSED = (MEASURED, 0.005), ((175, 222, 204), 0.0028)
 """Colour and radius [m] of the balls."""
-STEP = (BACKBONE_POINTS - 1) // SENSORS
+POINTS_APART = (BACKBONE_POINTS - 1) // SENSORS
 
 
 class Chain:
@@ -77,7 +77,7 @@ class Markers:
         for i, at in enumerate(np.asarray(row["markers"], np.float64)):
             used = bool(sensed >> i & 1)
             self._place_ball(self._balls[i], at, used)
-            self._place_arrow(self._arrows[i], backbone[STEP * (i + 1)], at, used)
+            self._place_arrow(self._arrows[i], backbone[POINTS_APART * (i + 1)], at, used)
 
     def _place_ball(self, ball: Any, at: Values, used: bool) -> None:
         ball.visible = bool(np.isfinite(at).all())

@@ -116,7 +116,7 @@ class ViewSession:
 class ViewSessions:
     """All view sessions; those that had no client for longest go first."""
 
-    MOST = 64
+    SESSIONS_MAX = 64
 
     def __init__(self, plain: bool) -> None:
         self._plain = plain
@@ -132,7 +132,7 @@ class ViewSessions:
         with self._lock:
             session = self._sessions.pop(id, None) or ViewSession(who, actuator, self._plain)
             self._sessions[id] = session
-            for old in [key for key, found in self._sessions.items() if not found.taken][: -self.MOST]:
+            for old in [key for key, found in self._sessions.items() if not found.taken][: -self.SESSIONS_MAX]:
                 del self._sessions[old]
         if session.who.id != who.id:
             raise NotAllowed("this 3D view belongs to another page")

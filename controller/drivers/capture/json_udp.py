@@ -19,7 +19,7 @@ from pydantic import Field as Bounds
 
 from controller.arrays import Array
 from controller.drivers.clocks import OneWayClock, TwoWayClock
-from controller.drivers.device import Angles, CaptureDevice, DeviceError, Sample
+from controller.drivers.device import COORDINATE_MAX_M, POINTS_MAX, Angles, CaptureDevice, DeviceError, Sample
 from controller.errors import TendrilError, spelled
 from controller.schema.layout import Model
 
@@ -27,12 +27,8 @@ Host = Annotated[str, spelled(r"^[A-Za-z0-9.-]{1,253}$", "a host name or IPv4 ad
 LocalHost = Annotated[str, spelled(r"^[0-9.]{0,15}$", "an IPv4 address of this machine, or nothing for any")]
 
 LARGEST = 65535
-MOST = 512
-"""More points or angles than this are refused."""
 LABEL_MAX_LETTERS = 64
 """Letters of a label."""
-FURTHEST = 1e3
-"""Bound of every coordinate [m], arc length [m] and angle [rad]."""
 QUICK = 4
 """Questions that are put to a new sender at once."""
 BEAT = 0.5
@@ -218,15 +214,15 @@ def _nanoseconds(seconds: object) -> int:
 
 
 def _rows(value: object) -> Sequence[object]:
-    if not isinstance(value, list) or len(value) > MOST:
-        raise _Refused(f"no list of at most {MOST}")
+    if not isinstance(value, list) or len(value) > POINTS_MAX:
+        raise _Refused(f"no list of at most {POINTS_MAX}")
     return value
 
 
 def _numbers(value: object, holes: bool) -> Array:
     """(K,), nan for null where there may be holes."""
     rows = _rows(value)
-    return np.array([math.nan if holes and row is None else _number(row, FURTHEST) for row in rows], float)
+    return np.array([math.nan if holes and row is None else _number(row, COORDINATE_MAX_M) for row in rows], float)
 
 
 def _points(value: object) -> Array:

@@ -10,7 +10,7 @@ from pydantic import Field as Bounds
 from pydantic import model_validator
 
 from controller.arrays import Array
-from controller.drivers.device import CaptureDevice, DeviceError, Sample
+from controller.drivers.device import CaptureDevice, DeviceError, Sample, plausible
 from controller.errors import spelled
 from controller.schema.layout import Model
 
@@ -20,8 +20,6 @@ RESOLVING = 1.5
 """A stream that is not found within this is not there [s]."""
 CHANNELS = 1536
 """Most that are taken."""
-FURTHEST = 1e3
-"""A coordinate beyond this is no measurement [m]."""
 OLDEST = 10.0
 """No frame is older when it comes [s]."""
 BEAT = 0.5
@@ -127,7 +125,7 @@ class LslCapture(CaptureDevice[LslOptions]):
         points = values.reshape(-1, self.options.dimensions) * self.options.scale
         captured = round((stamp + self.clock_offset) * 1e9) if np.isfinite(stamp) else 0
         possible = abs(arrived - captured) < OLDEST * 1e9
-        if not possible or not np.all((np.abs(points) <= FURTHEST) | np.isnan(points)):
+        if not possible or not plausible(points):
             self.rejected += 1
             return None
         return Sample(min(captured, arrived), points, self._labels)

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from controller.arrays import Array
 from controller.drivers.clocks import OneWayClock
-from controller.drivers.device import CaptureDevice, DeviceError, Sample
+from controller.drivers.device import POINTS_MAX, CaptureDevice, DeviceError, Sample, plausible
 from controller.errors import TendrilError, spelled
 from controller.schema.layout import Model
 
@@ -20,10 +20,6 @@ LARGEST = 65535
 """No message is longer [bytes]."""
 WAITING = 64
 """Messages that wait to be read; the oldest are dropped."""
-MOST = 512
-"""More points than this are no view of one actuator."""
-FURTHEST = 1e3
-"""A coordinate beyond this is no measurement [m]."""
 CONNECTING_MS = 2000
 SILENCE = 5.0
 """Without a message for so long, the topic is subscribed to again [s]."""
@@ -135,7 +131,7 @@ class Ros2Capture(CaptureDevice[Ros2Options]):
             case "PointStamped":
                 places = [told.point]
         points = np.array([(at.x, at.y, at.z) for at in places], float).reshape(-1, 3)
-        if len(points) > MOST or not np.all((np.abs(points) <= FURTHEST) | np.isnan(points)):
+        if len(points) > POINTS_MAX or not plausible(points):
             raise _Refused("too many points, or one that is too far")
         return points
 

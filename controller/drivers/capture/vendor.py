@@ -20,7 +20,7 @@ from pydantic import Field as Bounds
 from pydantic import field_validator
 
 from controller.arrays import Array
-from controller.drivers.device import CaptureDevice, DeviceError, Sample
+from controller.drivers.device import COORDINATE_MAX_M, POINTS_MAX, CaptureDevice, DeviceError, Sample, plausible
 from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.system.child import end_now
@@ -29,10 +29,6 @@ OPENING = 5.0
 """A connection that is not there after this is given up [s]."""
 LINE_MAX_BYTES = 1 << 18
 """No line is longer [bytes]."""
-MOST = 512
-"""More bodies than this are no view of one actuator."""
-FURTHEST = 1e3
-"""A coordinate beyond this is no measurement [m]."""
 SILENCE = 5.0
 """Without a frame for so long, the connection is made again [s]."""
 REPEATS = ("vrpn",)
@@ -172,9 +168,9 @@ def _sample(line: bytes) -> Sample:
     """Raises ValueError and what else comes of a line that is no frame."""
     told: Any = json.loads(line)
     bodies = told["bodies"]
-    if len(bodies) > MOST:
-        raise ValueError(f"{len(bodies)} bodies, more than {MOST}")
+    if len(bodies) > POINTS_MAX:
+        raise ValueError(f"{len(bodies)} bodies, more than {POINTS_MAX}")
     points = np.array(list(bodies.values()), float).reshape(-1, 3)
-    if not np.all((np.abs(points) <= FURTHEST) | np.isnan(points)):
-        raise ValueError(f"a coordinate is beyond {FURTHEST:g} m")
+    if not plausible(points):
+        raise ValueError(f"a coordinate is beyond {COORDINATE_MAX_M:g} m")
     return Sample(int(told["t"]), points, tuple(map(str, bodies)))

@@ -16,7 +16,7 @@ PointsAndTorques = tuple[Array, Array]
 """Places (n, 2) [m] and the torques (n, 2) [N m] that hold them."""
 TRAVEL_MIN_S = 0.1
 """No travel takes less time [s]."""
-TRIES, SLOWER = 60, 1.05
+ROUNDS_MAX, SLOWER = 60, 1.05
 EASE, SAME = 0.1, 1e-7
 """Time in which the tip is moved from a row to where its torques hold it [s], where these are further apart [m]."""
 
@@ -49,7 +49,7 @@ def travel(
     admissible torques is admissible, too, and its tip within reach.
     """
     ticks = round(max(least, TRAVEL_MIN_S) / dt) - 2 * window_rows(dt)
-    for _ in range(TRIES):
+    for _ in range(ROUNDS_MAX):
         u = blended_torques(start.u, end.u, ticks)
         p, u = joined(start, (static_tips(smap, u), u), end, dt)
         excess = worst(standing(p, dt), standing(u, dt), limits, dt)

@@ -44,7 +44,7 @@ CALMING = (0.01, 0.02, 0.04)
 """Half-widths of the hats in time by which noise is taken off a sampled path [s]."""
 NOISE = 5e-4
 """No point is moved further by it [m]."""
-TRIES, TIGHTER, ALMOST = 30, 0.9, 0.999
+ROUNDS_MAX, TIGHTER, ALMOST = 30, 0.9, 0.999
 BRAKE, NEAR = 0.6, 0.03
 """How much slower a piece goes where it exceeds a limit, and so long before and after that place [s]."""
 CRAWL = 1.0
@@ -292,7 +292,7 @@ def slowed(smap: StaticMap, part: Points, limits: Limits, dt: float) -> Followed
     """
     tight = limits.scaled(ALMOST)._replace(acceleration=TIGHTER * limits.acceleration)
     brake = np.ones(len(part.t))
-    for _ in range(TRIES):
+    for _ in range(ROUNDS_MAX):
         progress = progress_times(part, tight, brake)
         found = sampled_rows(smap, part, progress, dt)
         rows = exceeding(standing(found.p, dt), standing(found.u, dt), limits, dt) - window_rows(dt)

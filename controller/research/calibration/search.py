@@ -16,7 +16,7 @@ from controller.arrays import Array
 from controller.research.calibration.problem import HOPELESS, Evaluation, Problem, evaluate, keeps_margins
 from controller.research.experiments.pool import OutOfTime, Pool, WorkerDied
 
-STEP = 0.03
+STEP_SHARE = 0.03
 """Of the finite differences, as a share of the box: friction makes the cost rough below."""
 TOLERANCE = 3e-3
 """Relative change of cost or point at which a start counts as polished."""
@@ -160,8 +160,8 @@ def ending(work: Callable[[], None]) -> str:
 
 
 def neighbours(z: Array) -> tuple[Array, Array]:
-    """Points (n,n) one STEP away from z (n,) along each coordinate, into the box, and the signed steps (n,)."""
-    steps = np.where(z + STEP <= 1.0, STEP, -STEP)
+    """Points (n,n) one STEP_SHARE away from z (n,) along each coordinate, into the box, and the signed steps (n,)."""
+    steps = np.where(z + STEP_SHARE <= 1.0, STEP_SHARE, -STEP_SHARE)
     return z + np.diag(steps), steps
 
 

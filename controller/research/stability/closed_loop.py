@@ -28,7 +28,7 @@ reach, where S changes its sign between model and plant, there is some at a hund
 
 LARGE = 150
 """From this size on a matrix is large."""
-MOST = 20
+LARGEST_COUNT = 20
 """Eigenvalues that are looked for in it: more than an arm has slow ones."""
 TOLERANCE = 1e-12
 
@@ -176,7 +176,7 @@ class Loop:
 
 
 def largest_eigenvalues(A: Values) -> Values:
-    """Those of largest modulus of A (n,n): all of a small matrix, of a large one MOST by Arnoldi's method.
+    """Those of largest modulus of A (n,n): all of a small matrix, of a large one LARGEST_COUNT by Arnoldi's method.
 
     Most of a large one is dead time, whose hundreds of small eigenvalues take five sixths of the time.
     """
@@ -184,7 +184,9 @@ def largest_eigenvalues(A: Values) -> Values:
         return np.linalg.eigvals(A)
     start = np.random.default_rng(0).standard_normal(A.shape[0]).astype(A.dtype)
     try:
-        return np.asarray(eigs(A, k=MOST, ncv=3 * MOST, tol=TOLERANCE, v0=start, return_eigenvectors=False))
+        return np.asarray(
+            eigs(A, k=LARGEST_COUNT, ncv=3 * LARGEST_COUNT, tol=TOLERANCE, v0=start, return_eigenvectors=False)
+        )
     except ArpackError:
         return np.linalg.eigvals(A)
 

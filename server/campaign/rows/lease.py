@@ -17,7 +17,7 @@ from server.settings import ServerSettings
 
 HANGING = 30.0
 """For which the run would stay where control is lost [s]; it is let go on as soon as it was refused."""
-SOON = 0.3
+PLANNED_S = 0.3
 """After which a request has come to be planned [s]."""
 
 
@@ -110,7 +110,7 @@ def _given_back(scene: Scene, other: Person) -> None:
 
 
 def _soon(scene: Scene, before: int) -> bool:
-    time.sleep(SOON)  # no sign tells that it is planned
+    time.sleep(PLANNED_S)  # no sign tells that it is planned
     return True
 
 

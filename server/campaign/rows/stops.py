@@ -19,7 +19,7 @@ from server.campaign.waiting import Seen, require, wait
 WAYS = ("socket", "http")
 PRESSES = 40
 """Of each way, in the campaign."""
-LONG = 600.0
+FLOOD_MAX_S = 600.0
 """Seconds after which a flood ends by itself."""
 
 
@@ -33,7 +33,7 @@ def under_flood(scene: Scene) -> Seen:
 @contextmanager
 def flood(url: str) -> Iterator[None]:
     """The mixed flood, from a process of its own, while this lasts."""
-    process = subprocess.Popen([sys.executable, "-m", "server.campaign.flood", url, str(LONG)])
+    process = subprocess.Popen([sys.executable, "-m", "server.campaign.flood", url, str(FLOOD_MAX_S)])
     try:
         time.sleep(3.0)
         require(process.poll() is None, "the flood ended by itself")

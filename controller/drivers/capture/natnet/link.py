@@ -17,7 +17,7 @@ T = TypeVar("T")
 LARGEST = 65535
 ANSWER = 0.25
 """After this an unanswered question is put again [s]."""
-TRIES = 4
+ATTEMPTS_MAX = 4
 NAP = 0.05
 """Nothing wakes who waits when another thread closes the sockets: it looks so often [s]."""
 
@@ -94,7 +94,7 @@ class Link:
 
     def ask(self, kind: int, payloads: tuple[bytes, ...], read: Callable[[int, bytes], T | None]) -> T | None:
         """Put a question, again and again, until `read` makes something of an answer; None where it never does."""
-        for attempt in range(TRIES):
+        for attempt in range(ATTEMPTS_MAX):
             self.send(kind, payloads[attempt % len(payloads)])
             deadline = time.monotonic() + ANSWER
             while (left := deadline - time.monotonic()) > 0:

@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from controller.arrays import Array32, Rows
+from controller.drivers.device import COORDINATE_MAX_M, plausible
 from controller.errors import TendrilError
 
 T = TypeVar("T")
@@ -18,9 +19,7 @@ Version = tuple[int, int]
 
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1))
 """Whose frames we read, oldest first."""
-MOST_SETS = 512
-FURTHEST = 1e3
-"""A coordinate beyond this is no measurement [m]."""
+SETS_MAX = 512
 
 CONNECT, SERVER_INFO, REQUEST, RESPONSE = 0, 1, 2, 3
 REQUEST_MODEL_DEF, MODEL_DEF, FRAME, MESSAGE_STRING = 4, 5, 7, 8
@@ -159,8 +158,8 @@ def parse_frame(payload: bytes, version: Version) -> Frame:
         cursor.skip(8)  # time of a grandmaster clock, from 4.1 on
     flags = cursor.u16()
     for places in (others, bodies["at"], labelled["at"], *(at for _, at in sets)):
-        if len(places) and not np.all((np.abs(places) <= FURTHEST) | np.isnan(places)):
-            raise Malformed(f"a coordinate is beyond {FURTHEST:g} m")
+        if not plausible(places):
+            raise Malformed(f"a coordinate is beyond {COORDINATE_MAX_M:g} m")
     return Frame(number, sets, others, bodies, labelled, float(timestamp), int(exposed), flags)
 
 
@@ -170,8 +169,8 @@ def _positions(cursor: Cursor, count: int) -> Array32:
 
 
 def _sets(cursor: Cursor, count: int) -> list[tuple[str, Array32]]:
-    if count > MOST_SETS:
-        raise Malformed(f"{count} marker sets, more than {MOST_SETS}")
+    if count > SETS_MAX:
+        raise Malformed(f"{count} marker sets, more than {SETS_MAX}")
     return [(cursor.text(), _positions(cursor, cursor.count(POSITION.itemsize))) for _ in range(count)]
 
 

@@ -8,11 +8,10 @@ import numpy as np
 from controller.arrays import Array
 from controller.drivers.capture.natnet.definitions import Names
 from controller.drivers.capture.natnet.packets import MODEL_FILLED, OCCLUDED, TRACKED, UNLABELLED, Frame, Malformed
+from controller.drivers.device import POINTS_MAX
 
 Wanted = Literal["labelled", "unlabelled", "rigid_bodies", "all"]
 
-MOST = 512
-"""More points than this are no view of one actuator."""
 FILLED = 0.5
 """Quality of a marker that Motive placed by its model, unseen."""
 
@@ -49,8 +48,8 @@ class Naming:
         if wanted in ("rigid_bodies", "all"):
             taken = {point.label for point in found}
             found += [point for point in self._bodies(frame) if point.label not in taken]
-        if len(found) > MOST:
-            raise Malformed(f"{len(found)} points, more than {MOST}")
+        if len(found) > POINTS_MAX:
+            raise Malformed(f"{len(found)} points, more than {POINTS_MAX}")
         rows = np.array([point.at or (np.nan,) * 3 for point in found], float).reshape(-1, 3)
         quality = np.array([point.quality for point in found], float)
         quality[np.isnan(rows).any(axis=1)] = 0.0
@@ -65,7 +64,7 @@ class Naming:
                 continue
             at = tuple(place)
             label = by_place.get(at) or self.names.members.get((number >> 16, number & 0xFFFF)) or ""
-            if label and len(self._known) < MOST:
+            if label and len(self._known) < POINTS_MAX:
                 self._known[number] = label
             if flags & OCCLUDED:
                 label = label or self._known.get(number, "")

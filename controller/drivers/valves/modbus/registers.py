@@ -12,7 +12,7 @@ from controller.errors import ParameterError
 
 Span = tuple[int, int]
 """First register and count."""
-MOST = 120
+REGISTERS_MAX = 120
 """Registers of a request that every function allows."""
 SLOTS = 8
 """Valves of a VTEM: two channels each."""
@@ -69,7 +69,7 @@ def spans(registers: Iterable[int], gap: int = 0) -> list[Span]:
     """Runs of `registers`, over gaps of up to `gap` registers, none longer than a request allows."""
     found: list[Span] = []
     for register in sorted(set(registers)):
-        if found and register - sum(found[-1]) <= gap and register - found[-1][0] < MOST:
+        if found and register - sum(found[-1]) <= gap and register - found[-1][0] < REGISTERS_MAX:
             found[-1] = (found[-1][0], register - found[-1][0] + 1)
         else:
             found.append((register, 1))

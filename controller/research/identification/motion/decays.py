@@ -13,7 +13,7 @@ from controller.research.identification.tables import MeasuredTable, choose_ids,
 SAMPLE_S = 0.01
 """Between samples, where the file has no column t [s]."""
 
-LONG = 150
+SAMPLES_MIN = 150
 """A decay of no more samples than this ends before it has come to rest, and is neither fitted nor scored."""
 
 
@@ -58,11 +58,11 @@ def decays_in(table: MeasuredTable, ids: str | None = None) -> list[Decay]:
 
 
 def long_ones(decays: list[Decay], what: str, path: Path) -> list[Decay]:
-    """Decays of more than LONG samples; DataError when none is left."""
-    kept = [one for one in decays if len(one.t) > LONG]
+    """Decays of more than SAMPLES_MIN samples; DataError when none is left."""
+    kept = [one for one in decays if len(one.t) > SAMPLES_MIN]
     if not kept:
         found = ", ".join(f"ID {one.id}: {len(one.t)}" for one in decays)
-        raise DataError(f"{path}: no decay to {what} has more than {LONG} samples ({found})")
+        raise DataError(f"{path}: no decay to {what} has more than {SAMPLES_MIN} samples ({found})")
     return kept
 
 

@@ -6,7 +6,7 @@ from controller.arrays import Array
 
 SURE = 1e-4
 """Standard error of a ratio, at least."""
-FEWEST = 6
+DECAYS_MIN = 6
 """Decays: three coefficients of the law, and as many to judge it by."""
 GAIN = 0.1
 """What directions must take off the squared errors of left-out decays: less is a tie, which the simpler form wins."""
@@ -39,10 +39,10 @@ def is_directional(ratios: Array, directions: Array, axis: Array) -> bool:
     """Whether decays that are left out one by one say that stiffness depends on the direction of bending.
 
     Their `ratios` (d,bodies-1) are predicted from the other decays, by a constant and by `direction_law`; the sum of
-    squared errors, over each ratio's variance, must fall by GAIN. Less than FEWEST decays, or decays in few directions,
+    squared errors, over each ratio's variance, must fall by GAIN. Less than DECAYS_MIN decays, or few directions,
     cannot say.
     """
-    if len(ratios) < FEWEST or axis.size < 3:
+    if len(ratios) < DECAYS_MIN or axis.size < 3:
         return False
     plain, law = (left_out(direction_law(directions, axis, directional=one), ratios) for one in (False, True))
     if plain is None or law is None:

@@ -27,7 +27,7 @@ noise that the observer's springs pass on would draw it; where decays differ muc
 FAILED = 3.0
 """Error of a shape that no model can have."""
 EVALUATIONS = 60
-STEP = 2e-3
+DIFF_STEP = 2e-3
 """Of the finite differences, far above what the search for the held pose leaves open."""
 SETTLED = 1e-4
 """Relative change of the cost and of the unknowns at which the search ends."""
@@ -67,7 +67,7 @@ def fit_shape(motions: Sequence[PlaneMotion], body: IdentifiedBody) -> Found:
         residual,
         np.zeros(start.size),
         bounds=(low, LIMIT),
-        diff_step=[STEP] * start.size,
+        diff_step=[DIFF_STEP] * start.size,
         ftol=SETTLED,
         xtol=SETTLED,
         max_nfev=EVALUATIONS,

@@ -30,7 +30,7 @@ export interface StopPort {
 }
 
 /** An E-STOP that did not get through is sent again for 10 s; a late stop does no harm. */
-const TRIES = 20;
+const ATTEMPTS_MAX = 20;
 const RETRY_MS = 500;
 /** Tries without any answer after which it is said that nothing arrives. */
 const TRIES_MAX = 2;
@@ -85,7 +85,7 @@ export class EmergencyStop {
     }
     this.tell();
     this.port.later(() => {
-      if (n === this.n && this.tries < TRIES && !this.isOver()) this.send(n);
+      if (n === this.n && this.tries < ATTEMPTS_MAX && !this.isOver()) this.send(n);
     }, RETRY_MS);
   }
 

@@ -25,7 +25,7 @@ export interface Press {
 export type Focus = "page" | "text" | "widget";
 
 const DOUBLE_MS = 1000;
-const STEP = 1e-3;
+const STEP_M = 1e-3;
 const ARROWS: Partial<Record<string, readonly [number, number]>> = {
   ArrowLeft: [-1, 0],
   ArrowRight: [1, 0],
@@ -61,7 +61,7 @@ export class KeyMap {
   }
 
   private nudge([x, y]: readonly [number, number], event: Press): Action {
-    const step = STEP * (event.shiftKey ? 10 : event.ctrlKey ? 0.1 : 1);
+    const step = STEP_M * (event.shiftKey ? 10 : event.ctrlKey ? 0.1 : 1);
     this.arrows.add(event.key);
     return { kind: "nudge", dx: x * step, dy: y * step, fresh: !event.repeat };
   }

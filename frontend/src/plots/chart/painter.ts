@@ -16,7 +16,7 @@ const PX_PER_COLUMN = 2;
 const SELECTED_PX = 4;
 /** A picture that follows the rig is painted again when it has moved by this time [s], or this part of its width. */
 const STEP_S = 0.05;
-const STEP = 1e-3;
+const STEP_SHARE = 1e-3;
 
 /** Where the newest values are written, beside a chart's title: one element per line, or null. */
 export type Legend = readonly (HTMLElement | null)[];
@@ -70,7 +70,7 @@ export class ChartPainter implements Painter {
   /** Show a stretch of time if that changes the picture; x counts from `origin` [s on the rig's clock], as `marks` do not. */
   follow(ring: Ring, range: Range, origin: number, marks: readonly PlotMark[]): boolean {
     const width = range.to - range.from;
-    const step = Math.max(STEP_S, width * STEP);
+    const step = Math.max(STEP_S, width * STEP_SHARE);
     const [from, to] = [range.from - this.origin - this.shown.from, range.to - this.origin - this.shown.to];
     const stands = Math.abs(to) < step && Math.abs(from) < step && Math.abs(to - from) < 1e-9 * width;
     if (stands && this.version === ring.version && this.marks === marks) return false;

@@ -12,7 +12,8 @@ from natnet.version import Version as TheirVersion
 
 from controller.drivers.capture.natnet.definitions import Names, parse_definitions, parse_server_info
 from controller.drivers.capture.natnet.packets import VERSIONS, Malformed, message, parse_frame
-from controller.drivers.capture.natnet.points import MOST, Naming
+from controller.drivers.capture.natnet.points import Naming
+from controller.drivers.device import POINTS_MAX
 from controller.virtual import natnet_wire
 from tests.controller.drivers.effort import lines_run
 from tests.controller.drivers.natnet_bytes import DEFINITIONS, FRAMES, SERVER
@@ -107,7 +108,7 @@ def test_a_marker_is_called_by_its_set_too_where_two_sets_share_its_name():
 
 
 def test_a_frame_of_more_points_than_an_actuator_bears_is_refused():
-    many = np.full((MOST + 1, 3), 0.1)
+    many = np.full((POINTS_MAX + 1, 3), 0.1)
     payload = natnet_wire.frame((4, 1), 1, many, (), (1, 1), 1000, False)
     with pytest.raises(Malformed, match="513 points, more than 512"):
         Naming(Names()).points(parse_frame(payload, (4, 1)), "unlabelled")
