@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 from server.app.browser import launch_chromium
 from tests.e2e.at_rest import Caretaker
 from tests.e2e.product import PATIENCE_S, Product, open_page
-from tests.e2e.tab import WINDOW, Tab, policy_breaches, sign_off
+from tests.e2e.tab import WINDOW, Tab, end_session, policy_breaches
 
 expect.set_options(timeout=1e3 * PATIENCE_S)
 
@@ -48,8 +48,7 @@ def nobody_stays(browser: Browser, tab: Tab) -> Iterator[None]:
     before = [*browser.contexts]
     yield
     for left in [context for context in browser.contexts if context not in (*before, tab.context)]:
-        sign_off(left)
-        left.close()
+        end_session(left)
 
 
 @pytest.fixture
@@ -58,8 +57,7 @@ def context(browser: Browser) -> Iterator[BrowserContext]:
     opened = browser.new_context(viewport=WINDOW)
     said = policy_breaches(opened)
     yield opened
-    sign_off(opened)
-    opened.close()
+    end_session(opened)
     assert said == []
 
 

@@ -38,7 +38,7 @@ class Product:
         ready = folder / "up.json"
         environment = os.environ | {"XDG_STATE_HOME": str(folder / "state"), "TENDRIL_LIGHT_SCENE": "1"}
         self.state = folder / "state" / "tendril"
-        environment["TENDRIL_CONTROL_LAPSE"] = "20"  # machines under test pause; that the rig holds then is tested
+        environment["TENDRIL_CONTROL_LAPSE"] = "15"  # machines under test pause; that the rig holds then is tested
         environment["TENDRIL_RECORD_FAULTS"] = "0"  # tests stop the rig often, and press the record button themselves
         self.rig = read_rig_file(rig_file).name if rig_file else f"e2e-{os.getpid()}-{folder.name}"
         command = [

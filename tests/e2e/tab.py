@@ -34,6 +34,12 @@ def sign_off(context: BrowserContext) -> None:
                 context.request.delete(f"{origin}/api/lease", headers={"origin": origin})
 
 
+def end_session(context: BrowserContext) -> None:
+    """Close it, with whatever control its page has given back."""
+    sign_off(context)
+    context.close()
+
+
 class Tab:
     """A tab that is as good as new for every test: no cookie, nothing stored, intercepted or emulated."""
 

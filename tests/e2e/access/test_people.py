@@ -7,6 +7,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, remember, shot, wait_until
+from tests.e2e.tab import end_session
 from tests.e2e.ui.test_accessibility import in_both_schemes, load_axe
 
 
@@ -15,7 +16,7 @@ def viewer(browser: Browser, product: Product) -> Iterator[Page]:
     """A second person's page, in a profile of its own."""
     context = browser.new_context(viewport={"width": 1280, "height": 720})
     yield open_page(context, product)
-    context.close()
+    end_session(context)
 
 
 def test_a_viewer_moves_nothing_but_may_stop(page: Page, viewer: Page) -> None:
@@ -94,4 +95,4 @@ def test_a_viewer_asks_the_operator_accepts_and_takes_control_back(
     expect(viewer.get_by_text("You no longer operate")).to_be_visible()
     expect(viewer.get_by_test_id("lease-take")).to_have_attribute("data-disabled", "true")
     page.get_by_test_id("lease-release").click()
-    context.close()
+    end_session(context)

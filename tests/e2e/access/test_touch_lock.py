@@ -9,6 +9,7 @@ from controller.schema.modes import Mode
 from tests.e2e.edge import ask, clear, press, troubles
 from tests.e2e.hand import arm
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
+from tests.e2e.tab import end_session
 from tests.e2e.ui.test_accessibility import in_both_schemes, load_axe
 
 CLOCK = "const now = Date.now; window.lateBy = 0; Date.now = () => now() + window.lateBy"
@@ -29,7 +30,7 @@ def touched(browser: Browser, product: Product) -> Iterator[Page]:
     yield page
     ask(page, "POST", "/api/command", request="rest")
     ask(page, "DELETE", "/api/lease")
-    context.close()
+    end_session(context)
 
 
 def choose(page: Page, after: str, by: str) -> None:
@@ -151,7 +152,7 @@ def test_a_hand_in_the_3d_view_counts_as_a_touch(browser: Browser, product: Prod
         page.wait_for_timeout(1100)  # the page looks twice a second, its frame tells once a second
         expect(page.get_by_test_id("lock")).to_have_count(0)
     leave(page, 31)
-    context.close()
+    end_session(context)
 
 
 def test_a_screen_that_is_not_touched_has_no_lock(page: Page) -> None:

@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, Page, ViewportSize, expect
 from controller.schema.modes import Mode
 from tests.e2e.edge import APART, REACHED, SIZES, ZOOMED, ask, clear, press, troubles
 from tests.e2e.product import Product, open_page, shot, wait_until
+from tests.e2e.tab import end_session
 
 COLOURS = """() => [...document.querySelectorAll("button")].filter((one) => one.offsetWidth > 0).map((one) => {
   const { backgroundColor, borderTopStyle } = getComputedStyle(one);
@@ -23,7 +24,7 @@ def touched(browser: Browser, product: Product) -> Iterator[Page]:
     wait_until(lambda: ask(page, "POST", "/api/lease"))
     yield page
     ask(page, "DELETE", "/api/lease")
-    context.close()
+    end_session(context)
 
 
 def resize(page: Page, width: int, height: int) -> None:
@@ -82,7 +83,7 @@ def test_two_fingers_that_zoom_do_not_take_it_out_of_sight(browser: Browser, pro
     press(page, product, touch=True, where="zoomed by two fingers")
     clear(page, product)
     ask(page, "DELETE", "/api/lease")
-    context.close()
+    end_session(context)
 
 
 def test_with_forced_colours_it_looks_like_no_other_button(touched: Page, product: Product) -> None:
@@ -132,4 +133,4 @@ def test_it_arrives_by_http_where_the_socket_is_cut(browser: Browser, product: P
     page.get_by_test_id("e-stop").click()
     expect(page.get_by_test_id("stop-news")).to_contain_text("E-STOP arrived by HTTP (by the socket: no connection)")
     assert product.mode() == Mode.E_STOP
-    context.close()
+    end_session(context)

@@ -12,6 +12,7 @@ from controller.schema.modes import Mode
 from tests.e2e.edge import ask, clear, press, troubles
 from tests.e2e.product import Product, open_page, shot, wait_until
 from tests.e2e.recorded import record_circle
+from tests.e2e.tab import end_session
 
 SOURCES = Path(__file__).parents[3] / "frontend/src"
 LAYS_OVER = re.compile(
@@ -195,7 +196,7 @@ def page(browser: Browser, product: Product) -> Iterator[Page]:
     wait_until(lambda: ask(opened_page, "POST", "/api/lease"))
     yield opened_page
     ask(opened_page, "DELETE", "/api/lease")
-    context.close()
+    end_session(context)
 
 
 def fresh(page: Page) -> None:

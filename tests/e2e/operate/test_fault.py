@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 from controller.realtime.ring import find_ring
 from controller.schema.modes import Mode
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
+from tests.e2e.tab import end_session
 
 
 def dashboard(browser: Browser, product: Product) -> Page:
@@ -59,8 +60,8 @@ def test_a_rig_that_sees_no_marker_faults_and_the_page_leads_out_of_it(browser: 
     page.get_by_role("tab", name="Log").click()
     expect(page.get_by_test_id("log")).to_contain_text("rig: FAULT (measurement lost)")
     page.get_by_test_id("lease-release").click()
-    viewer.context.close()
-    page.context.close()
+    end_session(viewer.context)
+    end_session(page.context)
 
 
 def test_a_killed_rig_is_noticed_and_comes_back_vented(page: Page, product: Product) -> None:

@@ -9,6 +9,7 @@ from controller.schema.modes import Mode
 from tests.e2e.edge import REACHED, ask, press, troubles
 from tests.e2e.product import Product, frame, open_page, remember, shot, wait_until
 from tests.e2e.reviewing import coloured
+from tests.e2e.tab import end_session
 
 SIZES = [(390, 844), (320, 568), (844, 390)]
 NEEDED = ["stop-hold", "record", "plan"]
@@ -45,7 +46,7 @@ def phone(browser: Browser, product: Product) -> Iterator[Page]:
     ask(page, "DELETE", "/api/recordings/current")
     ask(page, "POST", "/api/command", request="rest")
     ask(page, "DELETE", "/api/lease")
-    context.close()
+    end_session(context)
 
 
 def out_of_reach(page: Page, *test_ids: str) -> list[str]:
@@ -153,4 +154,4 @@ def test_a_press_leaves_nothing_said_over_the_page(browser: Browser, product: Pr
         page.wait_for_timeout(50)
     expect(page.get_by_role("tooltip")).to_contain_text("from VENTED to HOLD")
     ask(page, "DELETE", "/api/lease")
-    context.close()
+    end_session(context)

@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 from controller.schema.modes import Cause, Mode
 from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, frame, open_page, wait_until
+from tests.e2e.tab import end_session
 
 BUSY = "(ms) => { const end = performance.now() + ms; while (performance.now() < end); }"
 """The main thread does nothing else for so long."""
@@ -124,4 +125,4 @@ def test_two_tabs_have_one_live_socket_each_and_the_closed_ones_presence_ends(
     assert second.evaluate("() => fetch('/api/health').then((a) => a.json())")["viewers"] == 2
     first.close()
     hand.wait(Mode.HOLD)
-    context.close()
+    end_session(context)

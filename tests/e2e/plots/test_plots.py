@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Browser, CDPSession, Page, expect
 
 from tests.e2e.product import Product, open_page, shot, wait_until
+from tests.e2e.tab import end_session
 
 pytestmark = pytest.mark.keyed("frontend/src", "server/plots", "tests/e2e/*.py", imports=False)
 
@@ -115,4 +116,4 @@ def test_one_finger_drags_the_time_two_stretch_it_and_a_tap_only_reads(browser: 
     assert times[-1] - times[0] < 2.7
     page.get_by_test_id("pause").click()
     expect(plots).to_have_attribute("data-stopped", "false")
-    context.close()
+    end_session(context)

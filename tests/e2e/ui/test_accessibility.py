@@ -9,6 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from controller.schema.palette import MEASURED, rgb
 from tests.e2e.product import Product, open_page, shot, wait_until
+from tests.e2e.tab import end_session
 
 pytestmark = pytest.mark.keyed("frontend/src", "frontend/package-lock.json", "tests/e2e/*.py", imports=False)
 """How the page looks follows its own sources; what it shows has tests of its own that are always run."""
@@ -53,7 +54,7 @@ def test_axe_finds_nothing_serious_in_any_tab_or_scheme_and_the_guide_is_shown_o
         page.get_by_text("Live", exact=True).click()
     assert not findings, "\n".join(findings)
     choose_a_scheme(page)
-    context.close()
+    end_session(context)
 
 
 def test_axe_finds_nothing_serious_in_records_runs_faults_and_in_what_opens(browser: Browser, product: Product) -> None:
@@ -103,7 +104,7 @@ def test_axe_finds_nothing_serious_in_records_runs_faults_and_in_what_opens(brow
     findings += in_both_schemes(page, "fault")
     page.get_by_test_id("lease-release").click()
     assert not findings, "\n".join(findings)
-    context.close()
+    end_session(context)
 
 
 EDGE = "e => [getComputedStyle(e).outlineStyle, parseFloat(getComputedStyle(e).outlineWidth) >= 2]"
@@ -129,7 +130,7 @@ def test_with_the_systems_own_colours_samples_keep_theirs_and_what_is_chosen_has
     expect(stop).to_be_visible()
     assert stop.evaluate("e => parseFloat(getComputedStyle(e).borderTopWidth)") >= 3
     shot(page, "forced-colours")
-    context.close()
+    end_session(context)
 
 
 @pytest.mark.parametrize("zoom", [2, 4])
@@ -144,7 +145,7 @@ def test_every_control_can_be_reached_at_zoom(zoom: int, browser: Browser, produ
             if control.is_visible():
                 assert control.evaluate(REACHED), f"{tab.inner_text()}: {control.evaluate('e => e.outerHTML')[:200]}"
     shot(page, f"zoom-{zoom}")
-    context.close()
+    end_session(context)
 
 
 def load_axe(page: Page) -> None:
