@@ -13,6 +13,8 @@ from server.access.messages import Lease, Session
 from server.http.given import given
 from server.http.who import Identity
 
+LAPSE_S = 5.0
+"""Seconds without a sign of the holder after which the lease is free again; where no one listens none pass."""
 ASKING_S = 60.0
 """Seconds for which a request for the lease stands."""
 ASKERS_MAX = 8
@@ -22,9 +24,9 @@ ASKERS_MAX = 8
 class OperatorLease:
     """One holder or none. Thread safe in what says who holds it: permits are looked at in the threads that send."""
 
-    def __init__(self, now: Callable[[], float] = time.monotonic, lapse: float = 5.0) -> None:
-        """Free again `lapse` [s] after its holder's last sign; `now()`: the time for which signs are heard [s]."""
-        self._now, self._lapse = now, lapse
+    def __init__(self, now: Callable[[], float] = time.monotonic, lapse: float | None = None) -> None:
+        """`now()` is the time for which signs could be heard [s]; `lapse` [s] instead of LAPSE_S."""
+        self._now, self._lapse = now, LAPSE_S if lapse is None else lapse
         self._holder: Identity | None = None
         self._heard = 0.0
         self._term = 0

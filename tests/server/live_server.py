@@ -244,7 +244,7 @@ class TestServer:
             viewer_token=SecretStr(VIEWER_TOKEN),
             light_scene=True,
             record_faults=False,  # every operator begins with an E-STOP
-            **more,
+            **{"control_lapse": 60.0} | more,  # a page that only posts keeps control on a busy machine, too
         )
         self.services = Services(
             self.settings, planner=PLANNER, reader=READER, launch_recorder=launch if apart else self._host

@@ -167,9 +167,9 @@ def test_an_operator_who_is_there_still_operates_after_the_loop_has_stood_still(
     with page.live() as live:
         live.operate()
         live.wait("hello")
-        monkeypatch.setattr("server.access.lease.LAPSE_S", 1.0)
+        monkeypatch.setattr(server.services.lease, "_lapse", 2.0)
         term, [viewer] = server.services.lease.term, server.services.pages.open
-        viewer.wake._loop.call_soon_threadsafe(time.sleep, 2.5)  # type: ignore[attr-defined]
+        viewer.wake._loop.call_soon_threadsafe(time.sleep, 4.0)  # type: ignore[attr-defined]
         live.wait("event", lambda line: "the event loop stood still" in line["text"])
         assert server.services.lease.holder is not None and server.services.lease.term == term
         assert not [said for said in live.texts if "no longer operates" in said.get("text", "")]
