@@ -15,6 +15,8 @@ from server.campaign.waiting import Seen, require, wait
 
 ROOM = 300_000
 """What a recording may still write when the disk is called full [bytes]."""
+CLOSED_MAX_S = 20.0
+"""Within which a recording that failed is closed."""
 HOUR = 3600.0
 WATCHED = 4.0
 """For which the rig must go on after the clock stepped [s]."""
@@ -104,9 +106,15 @@ def disk_full(scene: Scene) -> Seen:
     finally:
         resource.prlimit(process, resource.RLIMIT_FSIZE, UNLIMITED)
     scene.acts_again()
-    recording(scene)
+    wait(lambda: _began(scene), CLOSED_MAX_S, "a recording with room again", 0.2)
+    wait(lambda: scene.operator.status["recording"]["rows"] > 0, 20.0, "rows in it")
     scene.operator.ask("DELETE", "/api/recordings/current")
     return Seen(f"TRACK; page: {line}; with room again it records", took)
+
+
+def _began(scene: Scene) -> bool:
+    """Whether a recording began: 409 while the one that failed is still being closed."""
+    return scene.operator.request("POST", "/api/recordings", name="again").is_success
 
 
 def clock_forward(scene: Scene) -> Seen:
