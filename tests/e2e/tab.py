@@ -35,7 +35,7 @@ def sign_off(context: BrowserContext) -> None:
 
 
 def end_session(context: BrowserContext) -> None:
-    """Close it, with whatever control its page has given back."""
+    """Close it; the control that its page may have is given back first."""
     sign_off(context)
     context.close()
 

@@ -29,7 +29,6 @@ def touched(browser: Browser, product: Product) -> Iterator[Page]:
     arm(page)
     yield page
     ask(page, "POST", "/api/command", request="rest")
-    ask(page, "DELETE", "/api/lease")
     end_session(context)
 
 

@@ -23,7 +23,6 @@ def touched(browser: Browser, product: Product) -> Iterator[Page]:
     page = open_page(context, product)
     wait_until(lambda: ask(page, "POST", "/api/lease"))
     yield page
-    ask(page, "DELETE", "/api/lease")
     end_session(context)
 
 
@@ -82,7 +81,6 @@ def test_two_fingers_that_zoom_do_not_take_it_out_of_sight(browser: Browser, pro
     assert not set(found[0]) & set(found[1]), "the bar goes along: what it covers here is free there"
     press(page, product, touch=True, where="zoomed by two fingers")
     clear(page, product)
-    ask(page, "DELETE", "/api/lease")
     end_session(context)
 
 

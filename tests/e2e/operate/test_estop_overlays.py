@@ -195,7 +195,6 @@ def page(browser: Browser, product: Product) -> Iterator[Page]:
     opened_page = open_page(context, product)
     wait_until(lambda: ask(opened_page, "POST", "/api/lease"))
     yield opened_page
-    ask(opened_page, "DELETE", "/api/lease")
     end_session(context)
 
 

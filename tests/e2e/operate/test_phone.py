@@ -45,7 +45,6 @@ def phone(browser: Browser, product: Product) -> Iterator[Page]:
     yield page
     ask(page, "DELETE", "/api/recordings/current")
     ask(page, "POST", "/api/command", request="rest")
-    ask(page, "DELETE", "/api/lease")
     end_session(context)
 
 
@@ -153,5 +152,4 @@ def test_a_press_leaves_nothing_said_over_the_page(browser: Browser, product: Pr
         page.mouse.move(box["x"] + right, box["y"] + 10)
         page.wait_for_timeout(50)
     expect(page.get_by_role("tooltip")).to_contain_text("from VENTED to HOLD")
-    ask(page, "DELETE", "/api/lease")
     end_session(context)

@@ -28,7 +28,7 @@ NOTE_WORDS = """() => {
   };
   new MutationObserver(note).observe(document.body, { subtree: true, childList: true, characterData: true });
 }"""
-"""Keeps whatever banner and status say from now on: a page that is asked once a second may miss one."""
+"""Keeps all that banner and status say from now on: who asks a page once a second may miss one."""
 
 
 def number(page: Page, test_id: str) -> float:
