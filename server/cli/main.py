@@ -81,6 +81,10 @@ LoopGap = Annotated[
     float | None,
     typer.Option(help="The rig holds after its loop stood still for so long [s], 0.05 or what the rig file says."),
 ]
+OperatorTimeout = Annotated[
+    float | None,
+    typer.Option(help="It holds after its operator gave no sign for so long [s], 0.5 or what the rig file says."),
+]
 
 
 def _say_version(wanted: bool) -> None:
@@ -114,6 +118,7 @@ def up(
     integrator: Stepping = "implicit",
     observer_kappa: ObserverKappa = None,
     loop_gap: LoopGap = None,
+    operator_timeout: OperatorTimeout = None,
     host: Host = "127.0.0.1",
     port: Port = 8321,
     recordings: RecordingsFolder = None,
@@ -135,6 +140,7 @@ def up(
     _start_log("up", log_format)
     name, file = named_rig(rig)
     _refuse_beside_file(context, file)
+    patience = _given(loop_gap=loop_gap, operator_timeout=operator_timeout)
     settings = ServerSettings(
         rig=name,
         rig_file=file,
@@ -150,9 +156,9 @@ def up(
 
     def parameters() -> "tuple[RigParameters, RigParameters | None]":
         if file is not None:
-            return rig_parameters(file, loop_gap), None
+            return rig_parameters(file, patience), None
         body = read_actuator(actuator or "P1")
-        found = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), loop_gap)
+        found = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), patience)
         return (found, None) if actuator else (with_last_actuator(found, settings, observer_kappa), found)
 
     run_up(RigSettings(rig=name, log_format=log_format), parameters, settings, browser, ready)
@@ -208,6 +214,7 @@ def rig(
     integrator: Stepping = "implicit",
     observer_kappa: ObserverKappa = None,
     loop_gap: LoopGap = None,
+    operator_timeout: OperatorTimeout = None,
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
     key_file: KeyFile = None,
     link_tls: LinkTls = None,
@@ -224,11 +231,12 @@ def rig(
     _refuse_certificates(context, "--listen", listen)
     name, file = named_rig(rig)
     _refuse_beside_file(context, file)
+    patience = _given(loop_gap=loop_gap, operator_timeout=operator_timeout)
     if file is None:
         body = read_actuator(actuator)
-        parameters = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), loop_gap)
+        parameters = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), patience)
     else:
-        parameters = rig_parameters(file, loop_gap)
+        parameters = rig_parameters(file, patience)
     link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
     run_rig(link.model_copy(update={"parameters": parameters}))
 
@@ -331,6 +339,11 @@ def _refuse_beside_file(context: typer.Context, file: Path | None) -> None:
         refuse_given(context, why, "actuator", "plant", "rods", "integrator", "observer_kappa")
 
 
+def _given(**limits: float | None) -> dict[str, float]:
+    """Those that the command names."""
+    return {name: value for name, value in limits.items() if value is not None}
+
+
 def _refuse_certificates(context: typer.Context, option: str, endpoint: str) -> None:
     """They would protect nothing, and who gives them believes that they do."""
     if not endpoint.startswith("tls/"):
@@ -347,14 +360,14 @@ def _say_addresses(at: "Addresses") -> None:
 
 
 def _parameters(
-    actuator: "Actuator", plant: "PlantKind", controller: "ControllerParameters", loop_gap: float | None
+    actuator: "Actuator", plant: "PlantKind", controller: "ControllerParameters", patience: dict[str, float]
 ) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
     from controller.schema.actuator import PRESETS
     from controller.schema.parameters import RigParameters, SafetyLimits, TwinParameters
     from controller.simulation.acceptance import require_built, require_running
 
-    limits = SafetyLimits() if loop_gap is None else SafetyLimits(loop_gap=loop_gap)
+    limits = SafetyLimits.model_validate(patience)
     twin = TwinParameters(plant=plant)
     parameters = RigParameters(actuator=actuator, controller=controller, limits=limits, twin=twin)
     require = require_built if actuator in PRESETS.values() else require_running

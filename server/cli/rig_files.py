@@ -21,17 +21,18 @@ def named_rig(given: str) -> tuple[str, Path | None]:
     return read_rig_file(path).name, path
 
 
-def rig_parameters(path: Path, loop_gap: float | None) -> "RigParameters":
-    """Those of the rig in this file, refused here, by its name, rather than in the process that would run it."""
+def rig_parameters(path: Path, limits: dict[str, float]) -> "RigParameters":
+    """Those of the rig in this file, refused here, by its name, rather than in the process that would run it.
+
+    `limits` stand in place of its own.
+    """
     from controller.errors import ParameterError
     from controller.schema.parameters import SafetyLimits
     from controller.schema.rig_file import read_rig_file
     from controller.simulation.acceptance import accepted_rig
 
     found = read_rig_file(path)
-    if loop_gap is not None:
-        limits = SafetyLimits.model_validate(found.limits.model_dump() | {"loop_gap": loop_gap})
-        found = found.model_copy(update={"limits": limits})
+    found = found.model_copy(update={"limits": SafetyLimits.model_validate(found.limits.model_dump() | limits)})
     try:
         return accepted_rig(found, path.parent)
     except ParameterError as error:

@@ -22,8 +22,9 @@ from server.app.ready import UpReady
 
 SCREENSHOTS = os.environ.get("TENDRIL_SCREENSHOTS", "")
 """Folder for screenshots to look at, "" for none: to draw one in software takes a third of a second of a core."""
-LOOP_GAP = ("--loop-gap", "0.4")
-"""Shared machines pause for 50 ms and more; that the rig then holds is tested without one. A rig file has its own."""
+OPERATOR_TIMEOUT_S = 3.0
+PATIENT = ("--loop-gap", "0.4", "--operator-timeout", str(OPERATOR_TIMEOUT_S))
+"""Machines under test pause, loop and page alike; that the rig holds by its own limits is tested without a page."""
 
 
 class Product:
@@ -45,7 +46,7 @@ class Product:
             str(Path(sys.executable).parent / "tendril"),
             "up",
             "--no-browser",
-            *(() if rig_file else LOOP_GAP),
+            *(() if rig_file else PATIENT),
             "--port",
             "0",
             "--ready",

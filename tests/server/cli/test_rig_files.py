@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from controller.errors import TendrilError
 from controller.schema.rig_file import SIZE_MAX
@@ -19,7 +20,7 @@ FREE = GOOD.replace("15100", "0").replace("15110", "0").replace("15020", "0")
 
 
 def up(path: Path) -> None:
-    rig_parameters(path, None)
+    rig_parameters(path, {})
 
 
 def virtual(path: Path) -> None:
@@ -52,6 +53,15 @@ MISTAKES = [
     ("[valves]", "[valve]", "valves.driver: Field required"),
     ("[valves]", "[valves", "is not TOML: "),
 ]
+
+
+def test_limits_of_the_command_stand_in_place_of_those_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(GOOD + "\n[limits]\nloop_gap = 0.3\nserver_hold = 0.4\n")
+    asked = rig_parameters(path, {"loop_gap": 0.2, "operator_timeout": 1.5}).limits
+    assert (asked.loop_gap, asked.operator_timeout, asked.server_hold) == (0.2, 1.5, 0.4)
+    with pytest.raises(ValidationError, match="operator_timeout\n  Input should be less than or equal to 10"):
+        rig_parameters(path, {"operator_timeout": 11.0})
 
 
 @pytest.mark.parametrize("command", BOTH)
