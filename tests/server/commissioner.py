@@ -17,8 +17,6 @@ EMPTY = 2e3
 """A chamber below this is empty [Pa]."""
 TRIES, PAUSED = 5, "pressures lost"
 """A shared machine pauses: a board then seems to lose frames, and what moves is stopped."""
-JOG_AGAIN = "jog again"
-"""So ends a result of the jog step that a chamber whose button was held without a break would not give."""
 
 
 class Commissioner:
@@ -115,13 +113,6 @@ class Commissioner:
         self.accept("drivers")
 
     def jog(self, mistaken: dict[Chamber, Chamber] | None = None) -> None:
-        """As the step asks for: again where a machine that stood still let go of a button."""
-        for _ in range(TRIES):
-            self._jog_all(mistaken)
-            if JOG_AGAIN not in self.ended("jog")["result"]:
-                break
-
-    def _jog_all(self, mistaken: dict[Chamber, Chamber] | None) -> None:
         """Fill each chamber and say which one filled, but where that is `mistaken` for another."""
         self.start("jog")
         wait(

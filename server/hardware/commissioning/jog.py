@@ -4,7 +4,9 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
 
 from controller.arrays import Array
 from controller.errors import CommandRefused
@@ -43,14 +45,11 @@ def jog_torque(chamber: int, pressure: float, rig: RigParameters) -> Torques:
     return (u, 0.0) if chamber < 2 else (0.0, u)
 
 
-@dataclass
-class _Press:
+class _Press(NamedTuple):
     """One chamber from press to release."""
 
     chamber: int
     since: float
-    level: Array
-    """Pressures before it (4,) [Pa]."""
 
 
 class Jogging:
@@ -62,6 +61,8 @@ class Jogging:
         self._until, self._last = 0.0, now()
         self._pressure = 0.0
         self._measured: Array | None = None
+        self._empty: Array | None = None
+        """The least pressures that were measured as a button was pressed (4,) [Pa]."""
         self._jogged: dict[Chamber, Jogged] = {}
 
     def hold(self, chamber: Chamber | None) -> None:
@@ -107,7 +108,7 @@ class Jogging:
         return found
 
     async def _follow(self, press: _Press | None, run: StepRun) -> _Press | None:
-        """Let the torques follow the button."""
+        """Let the torques follow the button. A chamber that is still full when it is pressed again was empty before."""
         self._measured = run.pressures(WINDOW)
         held = self.held()
         if held != (press.chamber if press else None):
@@ -116,10 +117,11 @@ class Jogging:
                 self._pressure = 0.0
                 return None
             self._pressure = jog_pressure(held, run.body.pressure, run.parameters, unknown=True)
-            press = _Press(held, self._now(), self._measured)
+            press = _Press(held, self._now())
+            self._empty = self._measured if self._empty is None else np.fmin(self._empty, self._measured)
             await run.torque(jog_torque(held, self._pressure, run.parameters))
-        elif press is not None and self._now() - press.since > SETTLED:
-            self._note(press.chamber, self._measured - press.level)
+        elif press is not None and self._empty is not None and self._now() - press.since > SETTLED:
+            self._note(press.chamber, self._measured - self._empty)
         return press
 
     def _note(self, chamber: int, rises: Array) -> None:

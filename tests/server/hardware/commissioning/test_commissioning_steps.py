@@ -3,6 +3,7 @@
 import math
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,12 +17,13 @@ from controller.schema.modes import Cause, Law
 from controller.schema.parameters import RigParameters, SafetyLimits, Settings
 from controller.schema.rig_file import RigFile
 from server.hardware.commissioning import closed_loop, drivers, frame, identify, jog, planning, pressure, report, sweep
-from server.hardware.commissioning.messages import CHAMBERS, STEPS, Chamber, Jogged
+from server.hardware.commissioning.messages import CHAMBERS, STEPS, Chamber, Jogged, StartBody
 from server.hardware.commissioning.planning import Circle, PressureFit, RawLoop
 from server.hardware.commissioning.steps import ABOUT, lacking, resting_on
 from server.hardware.commissioning.store import CommissioningStore, Kept, KeptResult, value_of
 from server.hardware.first_mode.messages import Interval, MeasuredMode
 from server.hardware.messages import RigFileState
+from server.operate.procedure.motion import Torques
 
 RIG = RigParameters()
 
@@ -77,6 +79,48 @@ def test_a_button_counts_until_it_is_released_or_no_longer_renewed() -> None:
     assert jogging.held() is None
     with pytest.raises(CommandRefused, match=r"u2\+ was not jogged yet: hold its button for 1 s"):
         jogging.confirm("u2+", "u2+")
+
+
+class Pressed:
+    """Stands for the step's run: what the sensors show, and what was commanded."""
+
+    parameters, body = RIG, StartBody()
+
+    def __init__(self, offsets: np.ndarray) -> None:
+        self.levels, self.offsets = np.zeros(4), offsets
+
+    def pressures(self, window: float) -> np.ndarray:
+        return self.levels + self.offsets
+
+    async def torque(self, u: Torques) -> None:
+        pass
+
+
+async def test_a_button_let_go_for_a_moment_does_not_take_the_full_chamber_for_an_empty_one() -> None:
+    now = [0.0]
+    jogging = jog.Jogging(lambda: now[0])
+    run = Pressed(np.array([300.0, math.nan, -400.0, 0.0]))
+    asked = jog.jog_pressure(0, None, RIG, unknown=True)
+
+    async def follow(press: Any, seconds: float, renewed: bool = True) -> Any:
+        for _ in range(round(seconds / 0.1)):
+            now[0] += 0.1
+            if renewed:
+                jogging.hold("u1+")
+            press = await jogging._follow(press, run)  # type: ignore[arg-type]
+        return press
+
+    press = await follow(None, 0.1)
+    run.levels[0] = asked
+    press = await follow(press, 1.5)
+    assert [one.rose for one in jogging.view().jogged] == ["u1+"]
+    assert await follow(press, 0.6, renewed=False) is None
+    run.levels[0] = 0.9 * asked  # has hardly begun to empty
+    press = await follow(None, 0.1)
+    run.levels[0] = asked
+    await follow(press, 1.5)
+    [found] = jogging.view().jogged
+    assert found.rose == "u1+" and found.rises[0] == pytest.approx(asked) and found.rises[1] is None
 
 
 def camera(seed: int) -> tuple[np.ndarray, np.ndarray]:
