@@ -7,6 +7,7 @@ from pathlib import Path
 
 from controller.virtual.process import VirtualProcess
 from tests.e2e.product import Product
+from tests.turns import VIRTUAL_RIG, turn
 
 FILE = """
 name = "devices-{number}"
@@ -33,7 +34,7 @@ drivers = "both run, as a test says"
 @contextmanager
 def driven(folder: Path) -> Iterator[tuple[Product, VirtualProcess]]:
     """Both running, and ended in order."""
-    with (folder / "virtual.log").open("wb") as output:
+    with turn(VIRTUAL_RIG), (folder / "virtual.log").open("wb") as output:
         virtual = VirtualProcess(FILE.format(number=os.getpid()), folder, output)
         try:
             with Product(folder, rig_file=virtual.path) as product:

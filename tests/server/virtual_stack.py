@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +21,7 @@ from server.campaign.person import Person
 from server.campaign.table import GAP
 from server.campaign.waiting import Failed, wait
 from tests.server.live_server import PATIENT
+from tests.turns import VIRTUAL_RIG, turn
 
 LIMITS = f"""
 [limits]
@@ -81,6 +82,12 @@ def stack(folder: Path, text: str = "", believed: dict[str, Any] | None = None) 
 
     `believed`: what the rig's own file says otherwise, as before a commissioning ("motion_capture.frame": {}).
     """
+    with turn(VIRTUAL_RIG) if text else nullcontext(), _started(folder, text, believed) as one:
+        yield one
+
+
+@contextmanager
+def _started(folder: Path, text: str, believed: dict[str, Any] | None) -> Iterator[Stack]:
     folder.mkdir(parents=True, exist_ok=True)
     ready, log = folder / "up.json", (folder / "output.log").open("wb")
     own = text.replace('name = "virtual"', f'name = "virtual-{os.getpid()}"')  # another test may run one, too
