@@ -28,6 +28,8 @@ import importlib, pkgutil
 EXTRA = "pylsl rosbags motioncapture nidaqmx cma matplotlib distributed mujoco elastica playwright".split()
 for package in ("controller", "recordings", "server"):
     for module in pkgutil.walk_packages(importlib.import_module(package).__path__, package + "."):
+        if module.name.endswith("__main__"):
+            continue  # what is started, and not imported
         try:
             importlib.import_module(module.name)
         except ModuleNotFoundError as error:
