@@ -57,6 +57,7 @@ def test_each_part_that_fails_is_named_with_503_and_no_secret(
         assert secret not in answer.text
 
 
+@pytest.mark.process  # its server reads the recordings in one of its own
 def test_a_rig_that_is_not_there_is_unhealthy_and_has_no_loop(tmp_path: Path) -> None:
     server = TestServer(tmp_path, "tcp/127.0.0.1:9")
     try:
