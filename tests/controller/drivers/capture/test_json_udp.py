@@ -67,7 +67,8 @@ def test_a_source_that_tells_its_clock_has_its_latency_known(opened, capsys, lat
     device = opened(driver(source))
     with showing(source, late, period=0.002):
         found = frames(device, 120)[20:]
-    latency = float(np.median([arrived - sample.t_ns for sample, arrived in found])) * 1e-9
+    # A low quantile: what a busy machine adds comes on top of most frames, a wrong clock is in every one.
+    latency = float(np.quantile([arrived - sample.t_ns for sample, arrived in found], 0.1)) * 1e-9
     with capsys.disabled():
         print(f"\ninjected {late * 1e3:.1f} ms, computed {latency * 1e3:.3f} ms")
     assert device.clock == "two-way" and abs(latency - late) < 5e-3
@@ -77,8 +78,8 @@ def test_a_source_that_does_not_answer_is_timed_by_its_quickest_datagrams(opened
     source = JsonSource(answers=False)
     device = opened(driver(source))
     with showing(source, 0.02):
-        sample, arrived = frames(device, 20)[-1]
-    assert device.clock == "one-way" and 0 <= arrived - sample.t_ns < 15_000_000
+        ages = [arrived - sample.t_ns for sample, arrived in frames(device, 20)]
+    assert device.clock == "one-way" and 0 <= min(ages) < 15_000_000
 
 
 def test_a_frame_without_a_time_has_that_of_its_arrival():
@@ -97,8 +98,9 @@ def test_a_source_may_vanish_and_come_back(opened):
         pass
     source.offset = -7000.0
     with showing(source):
-        sample, arrived = frames(device, 60)[-1]
-    assert named(sample)["tip"] == [0.1, 0.2, 0.3] and 0 <= arrived - sample.t_ns < 50_000_000
+        found = frames(device, 60)[-20:]
+    assert all(named(sample)["tip"] == [0.1, 0.2, 0.3] for sample, _ in found)
+    assert 0 <= min(arrived - sample.t_ns for sample, arrived in found) < 50_000_000
 
 
 def test_datagrams_of_others_are_counted_and_not_read(opened):

@@ -102,9 +102,10 @@ def test_the_latency_that_is_computed_is_the_one_that_was_injected(opened, capsy
     with showing(server, late, period=0.002):
         device = opened(driver(server, points="unlabelled"))
         latencies = [(arrived - sample.t_ns) * 1e-9 for sample, arrived in frames(device, 150)]
-    error = float(np.median(latencies)) - late
+    # A low quantile: what a busy machine adds comes on top of most frames, a wrong clock is in every one.
+    error = float(np.quantile(latencies, 0.1)) - late
     with capsys.disabled():
-        print(f"\ninjected {late * 1e3:.1f} ms, computed {np.median(latencies) * 1e3:.3f} ms")
+        print(f"\ninjected {late * 1e3:.1f} ms, computed {(late + error) * 1e3:.3f} ms")
     assert device.clock == "two-way"
     assert abs(error) < 5e-3
     offset = (server.ticks(10**15) / server.frequency) - 1e6
