@@ -173,6 +173,26 @@ def test_a_running_plant_fills_and_empties_as_it_is_told(raw: bool) -> None:
     assert peak and empty
 
 
+def test_a_running_plant_that_is_behind_leaves_no_slot_out() -> None:
+    """Its time is the rig's: chambers of a plant that left slots out on a busy machine would seem slower by a tenth."""
+    plant, period_ns = RunningPlant(RigParameters(), False), 1000  # faster than it can
+    plant._period_ns = period_ns
+    plant.start()
+    try:
+        before, begun, after = _time_of(plant)
+        time.sleep(0.2)
+        least, ended, most = _time_of(plant)
+    finally:
+        plant.stop()
+    assert (least - after - 2) * period_ns <= ended - begun <= (most - before + 2) * period_ns
+
+
+def _time_of(plant: RunningPlant) -> tuple[int, int, int]:
+    """Steps that were done before, time of the newest one [ns], steps that were done after it was read."""
+    before, t_ns = int(plant.plant.ticks[0]), int(plant.newest()["t_ns"])
+    return before, t_ns, int(plant.plant.ticks[0])
+
+
 def _until(what: Any) -> bool:
     end = time.monotonic() + 20.0
     while not what():
