@@ -24,10 +24,18 @@ UNLIMITED = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 
 
 def recording(scene: Scene) -> str:
-    """Begin a recording; its id, once there are rows in it."""
-    id: str = scene.operator.ask("POST", "/api/recordings", name="fault")["id"]
+    """Begin a recording, as soon as one that failed is closed; its id, once there are rows in it."""
+    id: str = wait(lambda: _begun(scene), CLOSED_MAX_S, "a recording begins", 0.2)["id"]
     wait(lambda: scene.operator.status["recording"]["rows"] > 0, 20.0, "rows in the recording")
     return id
+
+
+def _begun(scene: Scene) -> dict[str, Any] | None:
+    """A recording that begins; None (409) while one that failed is still being closed."""
+    answer = scene.operator.request("POST", "/api/recordings", name="fault")
+    require(answer.is_success or answer.status_code == 409, f"no recording: {answer.status_code}, {answer.text[:200]}")
+    begun: dict[str, Any] | None = answer.json() if answer.is_success else None
+    return begun
 
 
 def _listed(scene: Scene) -> list[dict[str, Any]]:
@@ -106,15 +114,9 @@ def disk_full(scene: Scene) -> Seen:
     finally:
         resource.prlimit(process, resource.RLIMIT_FSIZE, UNLIMITED)
     scene.acts_again()
-    wait(lambda: _began(scene), CLOSED_MAX_S, "a recording with room again", 0.2)
-    wait(lambda: scene.operator.status["recording"]["rows"] > 0, 20.0, "rows in it")
+    recording(scene)
     scene.operator.ask("DELETE", "/api/recordings/current")
     return Seen(f"TRACK; page: {line}; with room again it records", took)
-
-
-def _began(scene: Scene) -> bool:
-    """Whether a recording began: 409 while the one that failed is still being closed."""
-    return scene.operator.request("POST", "/api/recordings", name="again").is_success
 
 
 def clock_forward(scene: Scene) -> Seen:
