@@ -264,7 +264,9 @@ class RigClient:
             if batch.boot in self._dead or (batch.boot == self._boot and batch.number <= self._heard):
                 raise Unproven(f"refused: batch {batch.number} of boot {batch.boot} was sent before")
             if batch.boot == self._boot:
-                self._heard, self._last, self._kept_out = batch.number, batch.arrived, None
+                self._heard = batch.number
+                if batch.number > self._floor:  # or it was overtaken by the answer, and says nothing of now
+                    self._last, self._kept_out = batch.arrived, None
         return batch
 
     def _on_alive(self, sample: Any) -> None:
@@ -311,7 +313,7 @@ class RigClient:
 
     def _take(self, batch: _Batch) -> None:
         if self._boot != batch.boot or not (self._pace or self._refused):
-            self._meet(batch.boot)
+            self._meet(batch.boot, batch.number)
         if self._boot != batch.boot or self._pace is None or batch.number <= self._floor:
             return
         if len(batch.payload) % ROW.itemsize:
@@ -329,10 +331,12 @@ class RigClient:
         self._flows = True
         self._stream.take(rows)
 
-    def _meet(self, boot: int) -> None:
-        """A new boot of the rig: do we speak the same layout, who is it, and where do its rows begin?
+    def _meet(self, boot: int, number: int) -> None:
+        """A new boot of the rig, of which batch `number` told: do we speak the same layout, who is it, and where do its
+        rows begin?
 
         Its answer is proven to be of this moment, so batches sent before it, which others may have kept, are too old.
+        One that the answer overtook comes after it: it is passed over, and no forgery.
         """
         payload, proof = self._asker.ask(self._keys.info)
         answer, now = json.loads(payload), time.monotonic()
@@ -344,7 +348,7 @@ class RigClient:
             return
         first_contact, self._refused, self._pace, self._flows = self._boot is None, None, None, False
         with self._hearing:
-            self._boot, self._heard, self._last = boot, proof.sent, now
+            self._boot, self._heard, self._floor, self._last = boot, number, proof.sent, now
         self._asker.forget()
         self._stopper.forget()
         with contextlib.suppress(TendrilError):  # an E-STOP opens it too, only later

@@ -212,3 +212,19 @@ def test_without_a_rig_everything_says_so_and_closing_ends_the_thread(endpoint: 
     with pytest.raises(RigUnreachable):
         reader.client.command(Command())
     assert "rig-link" not in [thread.name for thread in set(threading.enumerate()) - others]
+
+
+def test_a_batch_that_the_answer_overtook_is_passed_over_once(endpoint: str, rig: FakeRig) -> None:
+    """The rig had sent it before it answered who it is, and it came after: on a busy machine, at every start."""
+    reader, payload = Reader(endpoint), rig.rows[0:5].tobytes()
+    told, overtaken = (rig.end._prover.batch(Keys("fake").telemetry, payload) for _ in range(2))
+    wait_for(lambda: rig.end._publisher.matching_status.matching)
+    rig.end._publisher.put(payload, attachment=told)
+    wait_for(lambda: reader.client.info)
+    rig.end._publisher.put(payload, attachment=overtaken)
+    wait_for(lambda: (rig.publish(5, 10), reader.ticks[-1:] == [9])[1])
+    assert reader.client._refusals.count == 0
+    rig.end._publisher.put(payload, attachment=overtaken)
+    wait_for(lambda: reader.client._refusals.count == 1)
+    assert reader.ticks == [*range(5, 10)]
+    reader.client.close()
