@@ -23,7 +23,7 @@ from pydantic import ValidationError
 from controller.errors import KeyRefused, LayoutMismatch, RigUnreachable, TendrilError, Unproven
 from controller.link.asker import Asker
 from controller.link.guard import probe
-from controller.link.keys import REPLAY_MAX, Keys, open_session
+from controller.link.keys import NAME_MAX_BYTES, REPLAY_MAX, Keys, open_session
 from controller.link.planned import PlannedRows, encoded
 from controller.link.proof import PROOF_BYTES, Reply, read_batch
 from controller.link.refusals import Refusals
@@ -182,14 +182,15 @@ class RigClient:
         self._round_trips.append(time.monotonic() - started)
         return reply
 
-    def stop(self, number: int, boot: int) -> CommandReply:
-        """E-STOP, past all that waits here, on the link and at the rig; the reply's n is the request's number.
+    def stop(self, number: int, boot: int, by: str = "") -> CommandReply:
+        """E-STOP, past all that waits here, on the link and at the rig; the reply's n is the request's number. The rig
+        keeps who pressed, `by`, of which as much as NAME_MAX_BYTES.
 
         `number` names one press, and is unlike those of all other servers: with the same one it acts once, however
         often it is sent. A rig that started again since, whose boot id is not `boot`, refuses it, and is vented. Raises
         as `command`, but never RigHeld.
         """
-        payload = np.array([boot, number], np.int64).tobytes()
+        payload = np.array([boot, number], np.int64).tobytes() + by.encode(errors="replace")[:NAME_MAX_BYTES]
         return CommandReply.model_validate_json(self._stopper.ask_sealed(self._keys.stop, payload))
 
     def replay(self, first: int, count: int) -> np.ndarray:

@@ -13,7 +13,7 @@ import zenoh
 from pydantic import ValidationError
 
 from controller.errors import ParameterError, TendrilError, sentence
-from controller.link.keys import REPLAY_MAX, Keys
+from controller.link.keys import NAME_MAX_BYTES, REPLAY_MAX, Keys
 from controller.link.planned import PLANNED_MAX, PlannedRows, decoded
 from controller.link.proof import Prover, question
 from controller.link.refusals import Refusals
@@ -42,8 +42,10 @@ class RigService(Protocol):
     def submit(self, command: Command) -> CommandReply:
         """Hand the command to the loop and wait until it has looked at it."""
 
-    def stop(self, who: tuple[int, int], boot: int | None = None) -> CommandReply:
-        """E-STOP at once; `who` is the same where it is only repeated. Refused if meant for another `boot`."""
+    def stop(self, who: tuple[int, int], boot: int | None = None, by: str = "") -> CommandReply:
+        """E-STOP at once, pressed by the person `by`; `who` is the same where it is only repeated. Refused if meant for
+        another `boot`.
+        """
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that are still there."""
@@ -76,7 +78,7 @@ class RigEnd:
         )
         answers: dict[str, tuple[int, Answer]] = {
             self._keys.command: (record_dtype(Command).itemsize, self._command),
-            self._keys.stop: (16, self._stop),
+            self._keys.stop: (16 + NAME_MAX_BYTES, self._stop),
             self._keys.replay: (16, self._replay),
             self._keys.reference: (PLANNED_MAX, self._reference),
             self._keys.faults: (JSON_MAX, partial(self._twin, self._keys.faults, TwinFaults, service.faults)),
@@ -128,11 +130,12 @@ class RigEnd:
         return self._service.submit(command)
 
     def _stop(self, payload: bytes, seal: bytes) -> bytes:
-        if len(payload) != 16:
-            raise ParameterError(f"E-STOP of {len(payload)} bytes is not two int64 words (boot, its number)")
+        if len(payload) < 16:
+            raise ParameterError(f"E-STOP of {len(payload)} bytes is not two int64 words (boot, its number) and a name")
         self._seals.admit(self._keys.stop, payload, seal)
-        boot, number = np.frombuffer(payload, np.int64).tolist()
-        return self._service.stop((0, number), boot).model_dump_json().encode()
+        boot, number = np.frombuffer(payload[:16], np.int64).tolist()
+        by = payload[16:].decode(errors="replace")  # an E-STOP is refused for no name
+        return self._service.stop((0, number), boot, by).model_dump_json().encode()
 
     def _replay(self, payload: bytes, seal: bytes) -> bytes:
         if len(payload) != 16:

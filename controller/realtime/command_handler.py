@@ -14,6 +14,7 @@ from controller.kernels.memory import Control
 from controller.kernels.plant.hardware import Hardware
 from controller.link import PlannedRows
 from controller.realtime.followable import require_followable, require_sound
+from controller.realtime.latch import Latch
 from controller.realtime.mailbox import post, words
 from controller.realtime.pause import Pause
 from controller.realtime.ring import Ring
@@ -29,6 +30,8 @@ STRIDE = 1 << 20
 LEAP = STRIDE
 """By how much a command's n, request_n and presence may be above the rig's own at most: those that come later must
 still be able to number on from there."""
+DISK_S = 0.25
+"""Wait for the disk that keeps what is latched, before an answer says that it is not there yet."""
 STOPS_MAX = 256
 """E-STOPs whose repetitions are known."""
 START_NEAR_M = 3e-3
@@ -46,9 +49,11 @@ Stopper = tuple[int, int]
 class CommandHandler:
     """Serves the link (RigService) with the loop's mailbox and ring."""
 
-    def __init__(self, info: RigInfo, ring: Ring, commands: Words, control: Control, driver: Driver) -> None:
+    def __init__(
+        self, info: RigInfo, ring: Ring, commands: Words, control: Control, driver: Driver, latch: Latch
+    ) -> None:
         """`driver` of the plant: what it says of its devices, and the faults of a twin."""
-        self._info = info
+        self._info, self._latch = info, latch
         self._ring = ring
         self._commands = commands
         self._control = control
@@ -65,7 +70,7 @@ class CommandHandler:
 
     def info(self) -> RigInfo:
         """Who the rig is."""
-        return self._info
+        return self._info.model_copy(update={"latched": self._latch.kept})
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Rows of ticks [first, first + count) still in the ring; tick k is row k of the ring."""
@@ -87,8 +92,9 @@ class CommandHandler:
                 return _reply(command, self._mode(), Cause.NONE, refused)
             return self._put(command)
 
-    def stop(self, who: Stopper, boot: int | None = None) -> CommandReply:
+    def stop(self, who: Stopper, boot: int | None = None, by: str = "") -> CommandReply:
         """E-STOP, from any server and past every command that is being answered; the reply's n is the request's number.
+        It is kept with the name `by` before it is answered.
 
         Nothing else changes: settings, target and presence stay as they are. Asked once more with the same `who`, it is
         answered and not acted on again. Its number is STRIDE above all that was used: requests number on from what the
@@ -107,7 +113,7 @@ class CommandHandler:
                 self._used = self._stop_n = self._stops[who] = number
                 while len(self._stops) > STOPS_MAX:
                     del self._stops[next(iter(self._stops))]
-        return self._answered_stop(number)
+        return self._answered_stop(number, by)
 
     def _put(self, command: Command) -> CommandReply:
         before = self._last
@@ -122,8 +128,17 @@ class CommandHandler:
         if row is None and command.request:
             row = self._withdrawn(command, before, since)
         if row is not None:
-            return answer(command, row)
+            return self._answered(command, row)
         return _reply(command, self._mode(), Cause.LOOP_STALLED, "refused: the control loop does not answer")
+
+    def _answered(self, command: Command, row: np.void) -> CommandReply:
+        reply = answer(command, row)
+        if command.request == Request.CLEAR and reply.accepted:
+            self._latch.clear(row)
+            if why := self._latch.on_disk(DISK_S):
+                detail = f"{reply.detail}; it would be latched again after a restart: {why}"
+                return reply.model_copy(update={"detail": detail})
+        return reply
 
     def _post(self, command: Command, stop_n: int = 0) -> None:
         """Into the mailbox, with `_posting` held; an E-STOP that no tick has shown yet, or `stop_n`, goes along."""
@@ -143,9 +158,13 @@ class CommandHandler:
                 self._post(self._last)
         return self._first_row(command.request_n, since)
 
-    def _answered_stop(self, number: int) -> CommandReply:
-        taken, mode = self._wait(lambda row: row["request_n"] >= number) is not None, self._mode()
+    def _answered_stop(self, number: int, by: str) -> CommandReply:
+        row = self._wait(lambda row: row["request_n"] >= number)
+        self._latch.look(row, by)
+        taken, mode = row is not None, self._mode()
         text = mode.name if taken else "the control loop does not answer; the E-STOP waits there"
+        if taken and (why := self._latch.on_disk(DISK_S)):
+            text += f"; it would not outlive the rig's process: {why}"
         cause = Cause.NONE if taken else Cause.LOOP_STALLED
         return CommandReply(n=number, accepted=taken, mode=mode, cause=cause, detail=text)
 

@@ -27,6 +27,7 @@ from controller.link.rig_end import RigEnd
 from controller.link.seal import Seals
 from controller.link.version import LAYOUT, OURS
 from controller.realtime.command_handler import CommandHandler
+from controller.realtime.latch import Latch, latch_path
 from controller.realtime.loop import LoopMemory, compile_loop, loop_memory, run_baseline, run_loop
 from controller.realtime.mailbox import post, receive, words
 from controller.realtime.only_one import only_one
@@ -79,12 +80,24 @@ class RigProcess:
         self._period_ns = round(parameters.controller.dt * 1e9)
         self._rig = build_rig(parameters, self.boot)
         self._driver = rig_driver(parameters)
+        self._latch = Latch(latch_path(key_file, settings.rig))
+        self._begin_latched()
         self.ring: Ring = create_ring(settings.rig, self.boot, settings.folder)
         plant = self._driver.plant
         self.memory: LoopMemory = loop_memory(self.ring.header, self.ring.rows, self._rig, plant)
         self._outlet = np.zeros(1, record_dtype(ValveCommand))
         self._outlet_scratch = words(self._outlet).copy()
         self._sent = 0
+
+    def _begin_latched(self) -> None:
+        """Begin in the state in which an earlier process was, if only a CLEAR leads out of it."""
+        kept = self._latch.kept
+        if kept is not None:
+            state = self._rig.control.state[0]
+            state["mode"], state["cause"] = kept.mode, kept.cause
+            by = f"by {kept.by}" if kept.by else kept.cause.name
+            fields = {"rig": self.settings.rig, "mode": kept.mode.name, "by": by, "since": kept.at.isoformat()}
+            log.warning("rig %s begins latched: %s (%s) since %s; CLEAR ends it", *fields.values(), extra=fields)
 
     def run(self) -> None:
         """Start loop and link, pump until the stop, then leave a last row that drives nothing, sent and in the ring."""
@@ -111,6 +124,8 @@ class RigProcess:
             for thread in threads:
                 thread.join()
             self._driver.stop()
+            self._latch.look(self.ring.newest())
+            self._latch.close()
             session.close()
 
     def stop(self, cause: Cause) -> None:
@@ -144,6 +159,7 @@ class RigProcess:
         due = time.monotonic()
         while loop.is_alive():
             self._beat()
+            self._latch.look(self.ring.newest())
             self._send(end)
             pause.look()
             if pause.rests and self.ring.head == self._sent:
@@ -185,7 +201,7 @@ class RigProcess:
             parameters=self.settings.parameters,
             observer_gains_max=tuple(self._rig.observer.gain_max.tolist()),
         )
-        return CommandHandler(info, self.ring, self.memory.commands, self._rig.control, self._driver)
+        return CommandHandler(info, self.ring, self.memory.commands, self._rig.control, self._driver, self._latch)
 
     def _say_ready(self, endpoint: str) -> None:
         fields = {"rig": self.settings.rig, "endpoint": endpoint, "policy": self.policy}

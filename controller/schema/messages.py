@@ -3,6 +3,7 @@
 All times inside a record are nanoseconds of the rig's monotonic clock: no two machines' clocks are ever compared.
 """
 
+from datetime import datetime
 from typing import Annotated
 
 from pydantic import Field as Bounds
@@ -195,6 +196,18 @@ class CommandReply(Model):
     """One sentence for the operator."""
 
 
+class Latched(Model):
+    """What a rig is latched by, as it is kept on its machine until a CLEAR (docs/safety.md)."""
+
+    mode: Mode
+    """FAULT or E_STOP."""
+    cause: Cause
+    by: str = ""
+    """Who pressed, as the server knows its people; "" for a watchdog, or where nobody said."""
+    at: datetime
+    """When, by the clock of the rig's machine."""
+
+
 class RigInfo(Model):
     """Who the rig is: read once per connection and after every restart."""
 
@@ -213,6 +226,8 @@ class RigInfo(Model):
     parameters: RigParameters
     observer_gains_max: tuple[float, float] = (OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX)
     """Most K_o [N/m] and B_o [N s/m] with which its integrator is stable, whatever is sensed; it takes no more."""
+    latched: Latched | None = None
+    """What it is latched by at this moment, by an earlier boot of it or in this one."""
 
     @property
     def program(self) -> str:

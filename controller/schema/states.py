@@ -27,6 +27,8 @@ LIVE = (HOLD, *MOVING)
 """The reference rules u."""
 DRIVEN = (*LIVE, REST, FAULT)
 """Chambers may hold pressure."""
+LATCHED = (FAULT, E_STOP)
+"""Only a CLEAR leads out, and no end of a process."""
 
 
 KEPT = (Cause.OSCILLATION, Cause.TRACKING_RMS)

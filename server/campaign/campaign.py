@@ -40,6 +40,7 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "server-stopped": processes.server_stopped,
     "server-gone": processes.server_gone,
     "rig-killed": processes.rig_killed,
+    "rig-killed-stopped": processes.rig_killed_stopped,
     "rig-paused": processes.rig_paused,
     "rig-stopped": processes.rig_stopped,
     "planner-killed": processes.planner_killed,

@@ -121,6 +121,30 @@ def rig_stopped(scene: Scene) -> Seen:
     return _lost(scene, signal.SIGSTOP)
 
 
+def rig_killed_stopped(scene: Scene) -> Seen:
+    """Only a CLEAR ends what a person stopped, whichever process dies."""
+    scene.track()
+    stopped = scene.operator.request("POST", "/api/command", request="e_stop")
+    require(stopped.is_success, f"the E-STOP was answered with {stopped.status_code}: {stopped.text[:200]}")
+    old, mark, start = scene.boot, len(scene.operator.log), time.monotonic_ns()
+    os.kill(scene.rig_process, signal.SIGKILL)
+    wait(
+        lambda: scene.boot not in (0, old) and len(scene.since(start)),
+        RESTART_MS / 1e3 + SLACK,
+        "a rig that ticks again",
+    )
+    rows = scene.since(start)
+    latched = (rows["mode"] == Mode.E_STOP) & (rows["cause"] == Cause.OPERATOR)
+    require(latched.all(), f"the next boot began as {trace.told(rows[0])}, not in E-STOP (operator)")
+    line = scene.operator.sees("still in E-STOP (by ", mark, 20.0)
+    armed = scene.operator.request("POST", "/api/command", request="arm")
+    require(armed.status_code == 409, f"ARM was answered with {armed.status_code}, not refused")
+    cleared = scene.operator.request("POST", "/api/command", request="clear")
+    require(cleared.is_success, f"CLEAR was answered with {cleared.status_code}: {cleared.text[:200]}")
+    scene.acts_again()
+    return Seen(f"restarted in E-STOP; page: {line}; CLEAR ends it", (rows["t_ns"][0] - start) * 1e-6)
+
+
 def _lost(scene: Scene, number: signal.Signals) -> Seen:
     scene.track()
     mark, start = len(scene.operator.log), time.monotonic_ns()

@@ -73,6 +73,9 @@ FAULTS = (
         "server-gone", "kill -9 of the server, none after it", "HOLD after 0.5 s; REST after 30 s, then VENTED", 31e3
     ),
     Fault("rig-killed", "kill -9 of the rig", "restarted VENTED; the page says so", RESTART_MS, True),
+    Fault(
+        "rig-killed-stopped", "E-STOP, then kill -9 of the rig", "restarted in E-STOP; only CLEAR ends it", RESTART_MS
+    ),
     Fault("rig-paused", "SIGSTOP of the rig, SIGCONT after 250 ms", "HOLD (loop stalled) on resume", 100.0),
     Fault("rig-stopped", "SIGSTOP of the rig for good", "killed, restarted VENTED; the page says so", RESTART_MS),
     Fault(

@@ -1,5 +1,6 @@
 """What follows from changes that were not asked for: a line in the log, a HOLD for what a lost operator left."""
 
+from controller.schema.messages import Latched
 from controller.schema.modes import Cause, Mode
 from controller.schema.states import LIVE
 from controller.system.event_bus import EventBus
@@ -25,7 +26,10 @@ class Reactions:
     def _on_boot(self, event: BootChanged) -> None:
         if event.boot is None:
             return self._events.add("the rig is gone", "error")
-        if event.met not in (None, event.boot):
+        again, latched = event.met not in (None, event.boot), self._rig.info and self._rig.info.latched
+        if latched:
+            self._on_latched(latched, "restarted" if again else "is connected")
+        elif again:
             self._events.add("the rig restarted: arm it again", "warning")
             self._operator.stopper.over()
         else:
@@ -33,6 +37,14 @@ class Reactions:
         if self._rig.info is not None:  # such settings came from another actuator
             for text in too_strong(self._operator.settings, self._rig.info).values():
                 self._events.add(f"the rig takes less: {text}", "warning")
+
+    def _on_latched(self, latched: Latched, what: str) -> None:
+        """It was stopped before this boot of it, or before this server."""
+        if latched.mode == Mode.E_STOP:
+            self._operator.stopper.over(latched.by)
+        by = f"by {latched.by}" if latched.by else words(latched.cause)
+        since = latched.at.astimezone().strftime("%Y-%m-%d %H:%M:%S")
+        self._events.add(f"the rig {what}, still in {words(latched.mode)} ({by}) since {since}: clear it", "error")
 
     def _on_trouble(self, event: TroubleChanged) -> None:
         if event.trouble:

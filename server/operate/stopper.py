@@ -1,7 +1,8 @@
 """The E-STOP's lane to the rig: a thread of its own, which waits for no command, permit, lock or queue of others.
 
-An E-STOP that is not answered is sent again, with the same number, until the rig answers or starts again; the rig acts
-on it once. Who asks while one is on its way gets another one of its own: the first may have been cleared meanwhile.
+An E-STOP that is not answered is sent again, with the same number, until the rig answers, in this life or in its next;
+the rig acts on it once. Who asks while one is on its way gets another one of its own: the first may have been cleared
+meanwhile.
 """
 
 import secrets
@@ -11,7 +12,6 @@ from concurrent.futures import Future
 
 from controller.errors import RigUnreachable, TendrilError
 from controller.schema.messages import CommandReply
-from controller.schema.modes import Cause
 from controller.system.thread import SupervisedThread
 
 AGAIN = 0.05
@@ -23,7 +23,7 @@ LAST = 2.0
 class Stopper:
     """Sends E-STOPs. `boot` is the rig's boot that was met last, None before the first contact."""
 
-    def __init__(self, send: Callable[[int, int], CommandReply], boot: Callable[[], int | None]) -> None:
+    def __init__(self, send: Callable[[int, int, str], CommandReply], boot: Callable[[], int | None]) -> None:
         """`send` is `RigClient.stop`."""
         self._send, self._boot = send, boot
         self._number = secrets.randbits(62)
@@ -42,9 +42,8 @@ class Stopper:
 
     @property
     def waits(self) -> bool:
-        """An E-STOP was asked for in this boot, and the rig has not answered: a new one starts vented."""
-        waiting = self._waiting
-        return bool(self._asked or (waiting and waiting[1] == self._boot()))
+        """An E-STOP was asked for, and no rig has answered it."""
+        return bool(self._asked or self._waiting)
 
     def passed(self, boot: int) -> int:
         """The number that the last E-STOP took in this boot of the rig: what is asked later must be above it."""
@@ -65,9 +64,11 @@ class Stopper:
                 self._wake.notify()
         return answer
 
-    def over(self) -> None:
-        """The rig has left its E-STOP, or is another one: who presses next is the first."""
-        self.by = ""
+    def over(self, by: str = "") -> None:
+        """The rig has left its E-STOP, or is another one: who presses next is the first, unless it begins stopped,
+        `by` whom an earlier life of it was.
+        """
+        self.by = by
 
     def close(self) -> None:
         """End; who waits is told."""
@@ -99,18 +100,18 @@ class Stopper:
         if waiting is None:
             return _fail(answers, RigUnreachable("the rig does not answer: it was not heard yet"))
         number, boot = waiting
-        if self._boot() != boot:  # a rig that started again is vented, and needs to be armed
-            self._waiting = None
-            return _fail(answers, RigUnreachable("the rig restarted since: it is vented"))
+        if (
+            met := self._boot()
+        ) is not None and met != boot:  # nobody answered for its earlier life: it is meant as well
+            boot = met
+            self._waiting = (number, met)
         try:
-            reply = self._send(number, boot)
+            reply = self._send(number, boot, self.by)
         except Exception as error:
             text = str(error) if isinstance(error, TendrilError) else f"it could not be sent: {error}"
             return _fail(answers, RigUnreachable(f"{text}; the E-STOP is sent again until the rig answers"))
         if reply.accepted:
             self._passed, self._waiting = (boot, reply.n), None
-        elif reply.cause == Cause.WRONG_BOOT:
-            self._waiting = None
         for answer in answers:
             answer.set_result(reply)
 

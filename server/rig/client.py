@@ -94,9 +94,9 @@ class Rig:
         """Why the rig takes no command from this server, "" when it does; see `RigClient.trouble`."""
         return str(self._link.trouble or "")
 
-    def stop(self, number: int, boot: int) -> CommandReply:
+    def stop(self, number: int, boot: int, by: str) -> CommandReply:
         """Send an E-STOP past everything; see `RigClient.stop`."""
-        return self._link.stop(number, boot)
+        return self._link.stop(number, boot, by)
 
     @property
     def met(self) -> int | None:

@@ -44,8 +44,8 @@ class FakeRig:
             parameters=RigParameters(),
         )
 
-    def stop(self, who: tuple[int, int]) -> CommandReply:
-        self.stopped = who
+    def stop(self, who: tuple[int, int], boot: int | None = None, by: str = "") -> CommandReply:
+        self.stopped, self.stopped_by = who, by
         return CommandReply(n=1, accepted=True, mode=Mode.E_STOP, cause=Cause.OPERATOR, detail="E_STOP")
 
     def submit(self, command: Command) -> CommandReply:

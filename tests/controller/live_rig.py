@@ -89,9 +89,10 @@ class LiveRig:
 
 @contextmanager
 def live_rig(folder: Path, command: list[str] | None = None, **fields: Any) -> Iterator[LiveRig]:
-    """A rig with its ring in `folder`; whatever is left of it is killed at the end."""
+    """A rig with its ring in `folder`; whatever is left of it is killed at the end. One after another may have it."""
     key_file = folder / "test.key"
     settings = RigSettings(rig="test", folder=folder, ready=folder / "ready.json", key_file=key_file, **fields)
+    (folder / "ready.json").unlink(missing_ok=True)  # of an earlier one
     command = [sys.executable, *(command or ["-m", "controller.realtime"]), settings.model_dump_json()]
     with subprocess.Popen(command) as process, ExitStack() as cleanup:
         cleanup.callback(process.kill)

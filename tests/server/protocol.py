@@ -143,8 +143,9 @@ class Server:
             self.step_stop("answered")
         return CommandReply.model_validate_json(answer)
 
-    def _stop(self, number: int, boot: int) -> CommandReply:
-        answer = self.stops.ask(KEYS.stop, np.array([boot, number], np.int64).tobytes(), [], self.fate)
+    def _stop(self, number: int, boot: int, by: str) -> CommandReply:
+        payload = np.array([boot, number], np.int64).tobytes() + by.encode()
+        answer = self.stops.ask(KEYS.stop, payload, [], self.fate)
         return CommandReply.model_validate_json(answer)
 
 
@@ -181,6 +182,8 @@ class World:
     def restart(self) -> None:
         """Another boot of the rig."""
         self.boots += 1
+        for one in self.pressed:
+            one.carried |= not one.said
         self.stopped_since, self.followed, self.by = [], 0, None
         self.rig = Rig(self, self.boots)
         self.run(30)
@@ -207,7 +210,9 @@ class World:
     def press(self, server: Server) -> None:
         """E-STOP."""
         self.order += 1
-        self.pressed.append(Asked(self.order, Request.E_STOP, server.boot, server, server.operator.stop()))
+        pressed = Asked(self.order, Request.E_STOP, server.boot, server, server.operator.stop())
+        pressed.carried = server.boot != self.rig.boot
+        self.pressed.append(pressed)
         assert not server.operator._jobs, "something waits though an E-STOP was pressed"
 
     def deliver(self, index: int, again: bool) -> None:
@@ -239,7 +244,7 @@ class World:
 
     def _taken(self, request: Request) -> None:
         if request == Request.E_STOP:
-            here = [one for one in self.pressed if one.boot == self.rig.boot]
+            here = self._pressed_for_now()
             assert here, "an E-STOP for another boot"
             assert len(self.stopped_since) < len(here), "an E-STOP was acted on twice"
             self.stopped_since.append(max((one.order for one in self.pressed), default=0))
@@ -263,6 +268,10 @@ class World:
             self.by = whose
             ended = [one for one in self.asked if one.request in STILL and one.said and one.boot == self.rig.boot]
             assert all(whose.order > one.order for one in ended), f"{whose} moves after {ended[-1]}"
+
+    def _pressed_for_now(self) -> list[Asked]:
+        """The E-STOPs that this boot of the rig has to take."""
+        return [one for one in self.pressed if one.boot == self.rig.boot or one.carried]
 
     def settle(self) -> None:
         """The wire works again: everything is answered."""
@@ -321,7 +330,7 @@ class World:
         here = [one for one in self.asked if one.boot == self.rig.boot and one.request != Request.NONE]
         for one in here:
             assert one.said is None or one.said == bool(one.taken), f"{one} was told something else"
-        if pressed := [one for one in self.pressed if one.boot == self.rig.boot]:
+        if pressed := self._pressed_for_now():
             assert max(self.stopped_since, default=0) >= pressed[-1].order, "the last E-STOP never came into force"
         mode = Mode(int(self.rig.telemetry["mode"][0]))
         if mode in MOVING:

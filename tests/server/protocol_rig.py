@@ -18,6 +18,7 @@ from controller.link.keys import Keys
 from controller.link.rig_end import RigEnd
 from controller.link.seal import Seals
 from controller.realtime import command_handler as handler_module
+from controller.realtime.latch import Latch
 from controller.realtime.mailbox import mailbox, receive, words
 from controller.realtime.ring import create_ring, ring_push
 from controller.schema.messages import CommandReply, RigInfo
@@ -47,6 +48,8 @@ class Asked:
     answer: "Future[CommandReply]"
     taken: int = 0
     """How often the loop accepted it."""
+    carried: bool = False
+    """An E-STOP that the boot of the rig that it was pressed for did not answer: it is meant for the next one, too."""
 
     @property
     def moves(self) -> bool:
@@ -91,6 +94,8 @@ def _planned() -> dict[int, Any]:
 
 
 DRIVER = SimpleNamespace(simulated=True, plant=None, unready=lambda: "")
+LATCH = SimpleNamespace(kept=None, look=lambda row, by: None, clear=lambda row: None, on_disk=lambda timeout: "")
+"""What it does is tests/controller/realtime/test_latch.py's matter, and the disk would take most of the time here."""
 
 
 class Rig(Ticked):
@@ -105,7 +110,8 @@ class Rig(Ticked):
         self.scratch = np.zeros(len(words(self.command)), np.int64)
         self.ring = create_ring("test", boot, world.folder, capacity=256)
         info = RigInfo.model_construct(boot=boot, parameters=RigParameters(limits=LIMITS))
-        desk = handler_module.CommandHandler(info, self.ring, self.box, cast(Any, None), cast(Driver, DRIVER))
+        outside = (cast(Any, None), cast(Driver, DRIVER), cast(Latch, LATCH))
+        desk = handler_module.CommandHandler(info, self.ring, self.box, *outside)
         nothing = SimpleNamespace(undeclare=lambda: None)
         session: Any = SimpleNamespace(
             declare_publisher=lambda *given, **more: nothing,

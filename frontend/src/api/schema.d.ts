@@ -3442,6 +3442,27 @@ export interface components {
       explained: number;
     };
     /**
+     * Latched
+     * @description What a rig is latched by, as it is kept on its machine until a CLEAR (docs/safety.md).
+     */
+    Latched: {
+      /** @description FAULT or E_STOP. */
+      mode: components["schemas"]["Mode"];
+      cause: components["schemas"]["Cause"];
+      /**
+       * By
+       * @description Who pressed, as the server knows its people; "" for a watchdog, or where nobody said.
+       * @default
+       */
+      by: string;
+      /**
+       * At
+       * Format: date-time
+       * @description When, by the clock of the rig's machine.
+       */
+      at: string;
+    };
+    /**
      * Law
      * @description Which terms make the command u (paper, table "Step response average error characterization").
      * @enum {integer}
@@ -5122,6 +5143,8 @@ export interface components {
        *     ]
        */
       observer_gains_max: [number, number];
+      /** @description What it is latched by at this moment, by an earlier boot of it or in this one. */
+      latched: components["schemas"]["Latched"] | null;
     };
     /**
      * RigParameters

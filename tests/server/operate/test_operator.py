@@ -28,6 +28,8 @@ class Loop:
     def __init__(self) -> None:
         self.heard: list[Command] = []
         self.stops: list[int] = []
+        self.boots: list[int] = []
+        self.pressed: list[str] = []
         self.gate = threading.Event()
         self.gate.set()
         self.stalled = threading.Event()
@@ -51,9 +53,11 @@ class Loop:
             self.row["request_n"] = max(self.row["request_n"][0], command.request_n)
         return CommandReply(n=command.n, accepted=self.accepts, mode=Mode.HOLD, cause=Cause.NONE, detail="")
 
-    def stop(self, number: int, boot: int) -> CommandReply:
+    def stop(self, number: int, boot: int, by: str) -> CommandReply:
         """By its own lane: a stalled call does not stand in its way."""
         self.stops.append(number)
+        self.boots.append(boot)
+        self.pressed.append(by)
         if not self.answers:
             raise RigUnreachable("no answer")
         self.row["request_n"] = taken = (
@@ -323,17 +327,19 @@ def test_without_a_rig_every_asker_is_told(loop: Loop, operator: Operator) -> No
             asked.result(20)
 
 
-def test_an_e_stop_for_a_life_that_ended_is_forgotten(loop: Loop, operator: Operator) -> None:
-    """The next one starts vented."""
+def test_an_e_stop_that_a_life_of_the_rig_never_answered_stops_its_next_one(loop: Loop, operator: Operator) -> None:
+    """Else a rig that dies as it is stopped would come back ready to arm."""
     loop.answers = False
     with pytest.raises(RigUnreachable):
-        operator.stop().result(20)
+        operator.stop("Ada").result(20)
     loop.boot = 9
-    wait_until(lambda: not operator.stopper.waits)
-    count = len(loop.stops)
+    assert operator.stopper.waits
+    with pytest.raises(CommandRefused, match="E-STOP waits"):
+        operator.request(Request.ARM, ANYTHING).result(20)
     loop.answers = True
-    assert operator.request(Request.ARM, ANYTHING).result(20).accepted
-    assert len(loop.stops) == count
+    wait_until(lambda: not operator.stopper.waits)
+    assert loop.boots[-1] == 9 and loop.pressed[-1] == "Ada"
+    assert loop.stops[-1] == loop.stops[0]  # one press
 
 
 def wait_until(what: Callable[[], bool]) -> None:

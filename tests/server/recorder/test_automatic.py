@@ -78,9 +78,7 @@ def test_a_stop_under_pressure_is_recorded_with_what_came_before_and_after_it(se
     assert (np.diff(rows["tick"]) == 1).all()
 
 
-def test_what_follows_is_recorded_of_a_second_stop_as_well(
-    server: TestServer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_follows_is_recorded_of_a_second_stop_as_well(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
     """The second comes while the first one's recording goes on, on a machine that is slow, too."""
     monkeypatch.setattr(automatic, "AFTER", 12.0)
     with armed(server) as (page, live):
