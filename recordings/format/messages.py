@@ -52,7 +52,7 @@ class RecordingState(Model):
     gaps: int
     """Ticks that are missing between the rows given: 0 when nothing was lost."""
     problem: str = ""
-    """Why the last recording ended by itself (a full disk, ...), "" when it did not."""
+    """Why none may begin, or why the last one ended by itself (a full disk, ...); "" where nothing is wrong."""
     origin: float = 0.0
     """The rig's clock at its first row [s]."""
     bookmarks: tuple[Bookmark, ...] = ()
@@ -143,7 +143,7 @@ class Recording(Model):
     tags: tuple[str, ...] = ()
     notes: str = ""
     starred: bool = False
-    """The quota never removes it."""
+    """The quota leaves it where it is."""
     problem: str = ""
     """Why it cannot be relied on: its data or its description is missing or damaged; "" for nearly all."""
 

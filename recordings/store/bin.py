@@ -4,7 +4,6 @@ A folder of the same form within the recordings' own. The place of a recording's
 one rename, after which a kill or a power cut only leaves data that follow at the next start.
 """
 
-import time
 from pathlib import Path
 
 from controller.errors import CommandRefused, RecordingError
@@ -12,11 +11,13 @@ from controller.system.whole_file import is_regular, sync_folder
 from recordings.format import sidecar
 from recordings.format.messages import Recording
 from recordings.read import prepared
+from recordings.store.age import read_ages, write_ages
 from recordings.store.catalogue import Catalogue
 
 FOLDER = ".deleted"
-DAYS = 7
-"""For so long a deleted recording can be taken back, unless room is needed."""
+AGES = ".ages.json"
+KEPT_S = 7 * 86_400.0
+"""For so long, by the time that the machine ran, a deleted recording can be taken back [s]."""
 
 
 class Bin:
@@ -42,6 +43,7 @@ class Bin:
     def put(self, id: str) -> None:
         """Move a recording in; OSError where the folder takes no change."""
         self._bin.mkdir(exist_ok=True)
+        self._count_from_now(id)
         self._move(id, self._folder, self._bin, (f"{id}.json", f"{id}.rrd"))
 
     def take_back(self, id: str) -> None:
@@ -62,10 +64,11 @@ class Bin:
             (self._bin / name).unlink(missing_ok=True)
         sync_folder(self._bin)
 
-    def expired(self, now: float | None = None) -> list[str]:
-        """What was deleted more than DAYS before `now` [s since 1970]."""
-        since = (time.time() if now is None else now) - DAYS * 86_400.0
-        return [id for id in self.ids() if self._since(id) < since]
+    def expired(self) -> tuple[str, ...]:
+        """What lies here for more than KEPT_S. To be asked now and then: time counts from one look to the next."""
+        ages = read_ages(self._bin / AGES).now(self.ids())
+        write_ages(self._bin / AGES, ages)
+        return tuple(id for id, age in ages.ages.items() if age > KEPT_S)
 
     def settle(self) -> None:
         """Let the data follow where a kill came between the two renames."""
@@ -73,6 +76,12 @@ class Bin:
             left = [file for file in (self._folder / f"{id}.rrd", self._folder / f"{id}.json") if is_regular(file)]
             if [file.suffix for file in left] == [".rrd"] and not is_regular(self._bin / f"{id}.rrd"):
                 self._move(id, self._folder, self._bin, (f"{id}.rrd",))
+
+    def _count_from_now(self, id: str) -> None:
+        """Forget how long it lay here before it was taken back."""
+        known = read_ages(self._bin / AGES)
+        if id in known.ages:
+            write_ages(self._bin / AGES, known.now(set(known.ages) - {id}))
 
     def _move(self, id: str, source: Path, target: Path, names: tuple[str, ...]) -> None:
         """One after the other, each on the disk before the next; the quick look comes along where there is one."""

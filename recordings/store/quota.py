@@ -1,73 +1,67 @@
-"""Room for recordings: deleted ones go first, then the oldest; the newest, starred and running ones stay."""
+"""Room for recordings: the oldest go into the bin, and nothing is erased to make room."""
 
-import contextlib
-import shutil
 from pathlib import Path
+from shutil import disk_usage
+from typing import NamedTuple
 
 from controller.errors import TendrilError
+from recordings.format import sidecar
 from recordings.format.messages import Recording
 from recordings.store.store import Store
 
 BYTES = 50_000_000_000
 SHARE = 0.8
 """Of the disk."""
-FREE_MIN = 1 << 30
-"""With less free on the disk [B] nothing deleted is kept."""
+BLOCK_BYTES = 512
+"""Unit of `st_blocks`, whatever the blocks of the disk are."""
+
+
+class Enforced(NamedTuple):
+    """What came of a look at the quota."""
+
+    moved: list[Recording]
+    """Into the bin, oldest first."""
+    over: int
+    """Bytes beyond the quota that stay: nothing that may go would help."""
 
 
 def default_quota(folder: Path) -> int:
     """The smaller one of 50 GB and 80 % of the disk that `folder` is on [B]; OSError where there is no such folder."""
-    return min(BYTES, int(SHARE * shutil.disk_usage(folder).total))
+    return min(BYTES, int(SHARE * disk_usage(folder).total))
 
 
-def enforce(store: Store, most: int) -> list[Recording]:
-    """Remove the oldest recordings until the rest takes `most` bytes at most; those removed, oldest first.
+def enforce(store: Store, most: int) -> Enforced:
+    """Move the oldest recordings into the bin until the rest takes `most` bytes at most.
 
-    Deleted ones go before any other, the longest deleted first. The newest one stays even where it alone is larger: the
-    one who made it wants to see it.
+    What cannot be read counts nothing and stays: a file that someone puts there displaces no recording. The newest,
+    starred and running ones stay, and where the others are not enough, all do.
     """
-    listed = store.list()
-    takes = {recording.id: taken(store, recording) for recording in listed}
-    over = clear_bin(store, sum(takes.values()) - most)
-    removed = []
-    for recording in reversed(listed[1:]):
+    readable = [one for one in store.list() if not one.problem]
+    takes = {one.id: bytes_on_disk(store, one.id) for one in readable}
+    over = sum(takes.values()) - most
+    may_go = [one for one in reversed(readable[1:]) if takes[one.id] and _may_go(store, one)]
+    if over > sum(takes[one.id] for one in may_go):
+        return Enforced([], over)
+    moved = []
+    for one in may_go:
         if over <= 0:
             break
-        with contextlib.suppress(TendrilError):  # starred, or being written
-            store.erase(recording.id)
-            over -= takes[recording.id]
-            removed.append(recording)
-    return removed
+        try:
+            store.remove(one.id)
+        except TendrilError:  # starred this moment, or the folder takes no change
+            continue
+        over -= takes[one.id]
+        moved.append(one)
+    return Enforced(moved, max(0, over))
 
 
-def taken(store: Store, recording: Recording) -> int:
-    """Bytes of its data; of one that is damaged not what its description says, as they may be gone."""
-    if not recording.problem:
-        return recording.bytes
+def bytes_on_disk(store: Store, id: str) -> int:
+    """Bytes of the blocks that the data of `id` take: of a file with holes, far fewer than its size."""
     try:
-        return store.path(recording.id).stat().st_size
+        return store.path(id).lstat().st_blocks * BLOCK_BYTES
     except (OSError, TendrilError):
         return 0
 
 
-def clear_bin(store: Store, over: int, now: float | None = None) -> int:
-    """Remove deleted recordings for good whose time is over `now`, or whose room is needed: so many bytes are `over`
-    without those deleted, or the disk is nearly full. Gives the bytes that are over with what is left of them.
-    """
-    deleted = store.bin.recordings()
-    gone = set(store.bin.expired(now))
-    nearly_full = bool(deleted) and shutil.disk_usage(store.folder).free < FREE_MIN
-    over += sum(recording.bytes for recording in deleted if recording.id not in gone)
-    for recording in reversed(deleted):
-        if recording.id not in gone and (nearly_full or over > 0):
-            gone.add(recording.id)
-            over -= recording.bytes
-    if gone:
-        store.empty_bin(gone)
-    return over
-
-
-def too_large(store: Store, most: int) -> Recording | None:
-    """The newest recording, if it takes more than `most` bytes alone."""
-    newest = next(iter(store.list()), None)
-    return newest if newest and newest.bytes > most else None
+def _may_go(store: Store, recording: Recording) -> bool:
+    return not recording.starred and sidecar.is_free(sidecar.rrd_path(store.folder, recording.id))

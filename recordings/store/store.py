@@ -127,6 +127,16 @@ class Store:
             for id in ids:
                 self.bin.erase(id)
 
+    def clear_bin(self) -> tuple[str, ...]:
+        """Remove for good what was deleted more than 7 days ago, by the time that the machine ran; their ids."""
+        if not self.bin.ids():
+            return ()
+        with _refused("deleted recordings cannot be removed"), sidecar.turn(self._folder):
+            expired = self.bin.expired()
+            for id in expired:
+                self.bin.erase(id)
+        return expired
+
     def _gone(self, id: str, away: Callable[[str], None]) -> None:
         """Have `away` take the files of `id`, if they may go."""
         data, described = sidecar.rrd_path(self._folder, id), self._folder / f"{id}.json"

@@ -222,4 +222,5 @@ def check_room(folder: Path) -> None:
     free = shutil.disk_usage(folder).free
     if free < DISK_FREE_MIN:
         least = f"a recording leaves at least {DISK_FREE_MIN >> 20} MiB"
-        raise RecordingError(f"the disk is nearly full: {free >> 20} MiB are free, {least}, in {folder}")
+        full = f"the disk is nearly full: {free >> 20} MiB are free, {least}, in {folder}"
+        raise RecordingError(f"{full}; deleted ones take room there until they are removed for good")

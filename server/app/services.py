@@ -246,7 +246,8 @@ class Services:
         if self.webhook is not None:
             every(FILE_NEWS_S, "the notices", Notices(self.settings.rig, self.webhook, events, self.bus).look)
         every(EXPORTS_S, "exports that are fetched too late", self.exports.look)
-        quota = QuotaWatch(self.store, self.settings.recordings_quota, events, scheduler)
+        most = self.settings.recordings_quota
+        quota = QuotaWatch(self.store, most, self.recorder, self.review, events, scheduler)
         every(QUOTA_S, "the recordings' size", quota.look)
         self.tokens.start()
 

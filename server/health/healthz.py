@@ -38,7 +38,7 @@ class Healthz(Model):
     rig: Check
     """It is heard, and takes our commands."""
     recorder: Check
-    """Its thread lives, and the last recording did not end by itself."""
+    """Its thread lives, a recording may begin, and the last one did not end by itself."""
     disk: Check
     """A recording could begin."""
 
@@ -86,7 +86,9 @@ def _rig(probed: Probed) -> Check:
 def _recorder(probed: Probed) -> Check:
     if not probed.recorder.worker.alive:
         return Check(ok=False, detail="its thread has ended")
-    return _check(not probed.recorder.state().problem, "the last recording ended by itself; the log says why")
+    return _check(
+        not probed.recorder.state().problem, "none may begin, or the last recording ended by itself; the log says why"
+    )
 
 
 async def _answering_disk(probed: Probed) -> Check:

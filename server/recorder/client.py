@@ -85,7 +85,7 @@ class RecorderClient:
         self._numbers, self._notes = itertools.count(), 0
         self._sender = ThreadPoolExecutor(1, "recorder-asks")
         self._stopping = self._ending = False
-        self._problem = ""
+        self._problem = self._barred = ""
         self._interrupted: Interrupted | None = None
         self._left: Recording | None = None
         self._met = False
@@ -93,8 +93,14 @@ class RecorderClient:
         self.worker.start()
 
     def start(self, name: str, info: RigInfo, settings: Settings, context: Context = PLAIN) -> RecordingState:
-        """Begin a recording with the rows before it; RecordingError when one runs or the disk cannot take it."""
+        """Begin a recording with the rows before it; RecordingError when one runs or none may, or of the disk."""
+        if self._barred:
+            raise RecordingError(self._barred)
         return cast(RecordingState, self._ask("start", name, info, settings, context, self._seen()))
+
+    def bar(self, why: str) -> None:
+        """Let no recording begin, and `state` say `why`; "" ends that. One that runs goes on."""
+        self._barred = why
 
     def stop(self) -> Recording:
         """End the recording, whole and closed; RecordingError when none runs, it failed, or the disk hangs."""
@@ -118,8 +124,9 @@ class RecorderClient:
         self._post("bookmarked", recording)
 
     def state(self) -> RecordingState:
-        """What the recorder does now; `problem` says why the last recording ended by itself."""
-        return self._news.state
+        """What the recorder does now; `problem` says why none may begin, or why the last one ended by itself."""
+        state = self._news.state
+        return state.model_copy(update={"problem": self._barred}) if self._barred else state
 
     def first(self) -> str:
         """Id of the running recording's first part, "" when none runs."""
@@ -266,7 +273,7 @@ GivenRecorder = Annotated[RecorderClient, given(RecorderClient)]
 
 
 class RecorderWatch:
-    """Says once in the log why a recording ended by itself: no one may be looking at the recorder's state."""
+    """Says once in the log what the recorder's state says is wrong: no one may be looking at it."""
 
     def __init__(self, recorder: RecorderClient, events: EventLog) -> None:
         self._recorder, self._events = recorder, events

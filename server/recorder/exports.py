@@ -22,7 +22,6 @@ from controller.schema.layout import Model
 from controller.system.scheduler import Scheduler
 from recordings.exporting.export import By, Format, export
 from recordings.exporting.table import Choice
-from recordings.store.quota import FREE_MIN
 from server.http.given import given
 from server.recorder.folder import RecordingsFolder
 from server.recorder.scratch import Scratch, sweep
@@ -33,8 +32,8 @@ WAITING_MAX = 32
 """Files that may wait to be fetched, of all sessions."""
 WAITING_BYTES = 10_000_000_000
 """The same in bytes: with more waiting, no other one is made."""
-LEFT_MIN, LEFT_SHARE = FREE_MIN, 0.1
-"""Room [B] that an export leaves on the disk, or this share of a smaller disk: with less, deleted recordings go."""
+LEFT_MIN, LEFT_SHARE = 1 << 30, 0.1
+"""Room [B] that an export leaves on the disk, or this share of a smaller disk."""
 EXPORTS_S = 10.0
 """Between two looks for those that no one has fetched."""
 CHECK_S = 0.25

@@ -125,7 +125,7 @@ async def empty_bin(folder: GivenFolder, who: Me, events: GivenEvents) -> None:
 
 @router.delete("/api/recordings/{id}", status_code=204)
 async def remove_recording(id: str, folder: GivenFolder, who: Me, events: GivenEvents) -> None:
-    """Delete a recording; it can be restored for 7 days, unless room is needed. 409 while starred or being written."""
+    """Delete a recording; it can be restored for 7 days. 409 while starred or being written."""
     await folder.look(folder.store.remove, id)
     events.add(f"{who.name}: recording {id} deleted")
 

@@ -903,7 +903,7 @@ export interface paths {
     post?: never;
     /**
      * Remove Recording
-     * @description Delete a recording; it can be restored for 7 days, unless room is needed. 409 while starred or being written.
+     * @description Delete a recording; it can be restored for 7 days. 409 while starred or being written.
      */
     delete: operations["remove_recording"];
     options?: never;
@@ -3187,7 +3187,7 @@ export interface components {
       threads: components["schemas"]["Check"];
       /** @description It is heard, and takes our commands. */
       rig: components["schemas"]["Check"];
-      /** @description Its thread lives, and the last recording did not end by itself. */
+      /** @description Its thread lives, a recording may begin, and the last one did not end by itself. */
       recorder: components["schemas"]["Check"];
       /** @description A recording could begin. */
       disk: components["schemas"]["Check"];
@@ -4648,7 +4648,7 @@ export interface components {
       notes: string;
       /**
        * Starred
-       * @description The quota never removes it.
+       * @description The quota leaves it where it is.
        * @default false
        */
       starred: boolean;
@@ -4696,7 +4696,7 @@ export interface components {
       gaps: number;
       /**
        * Problem
-       * @description Why the last recording ended by itself (a full disk, ...), "" when it did not.
+       * @description Why none may begin, or why the last one ended by itself (a full disk, ...); "" where nothing is wrong.
        * @default
        */
       problem: string;

@@ -209,7 +209,7 @@ export class Connection {
   }
 
   private noteProblem(before: string, now: string): void {
-    if (now !== "" && now !== before) this.listener.failed("The recording ended by itself", now);
+    if (now !== "" && now !== before) this.listener.failed("Trouble with recording", now);
   }
 
   private meet(rig: Page["rig"]): void {

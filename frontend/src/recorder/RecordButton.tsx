@@ -1,5 +1,10 @@
 import { Button, Menu } from "@mantine/core";
-import { IconChevronDown, IconPlayerRecordFilled, IconPlayerStopFilled } from "@tabler/icons-react";
+import {
+  IconAlertTriangle,
+  IconChevronDown,
+  IconPlayerRecordFilled,
+  IconPlayerStopFilled,
+} from "@tabler/icons-react";
 import { useState } from "react";
 import type { ProfileInfo } from "../api/types";
 import { PageStore, usePage } from "../live/page";
@@ -12,14 +17,16 @@ import { Recorder } from "./recorder";
 import { MarkButton } from "./MarkButton";
 import { recordings } from "./recordings";
 
-/** Starts and stops a recording; beside it, how much of every tick it is to keep. */
+/** Starts and stops a recording, with a sign where something is wrong; beside it, how much of every tick it keeps. */
 export function RecordButton() {
   const recorder = useService(Recorder);
   const recording = usePage((page) => page.recording.recording);
   const isNaming = usePage((page) => page.marked !== null);
   const time = usePage((page) => clock(page.recording.seconds));
   const gaps = usePage((page) => page.recording.gaps);
+  const problem = usePage((page) => page.recording.problem);
   const profile = usePage((page) => page.recordingProfile);
+  const does = recording ? `Stop recording (R); ${gaps} ticks missing` : `Record every tick (R), ${profile}`;
   return (
     <Button.Group>
       <ControlButton
@@ -27,15 +34,16 @@ export function RecordButton() {
         variant="default"
         className={recording ? "recording" : ""}
         testId="record"
-        meaning={
-          recording ? `Stop recording (R); ${gaps} ticks missing` : `Record every tick (R), ${profile}`
-        }
+        meaning={problem === "" ? does : `${does}; ${problem}`}
         leftSection={
           recording ? (
             <IconPlayerStopFilled size={14} />
           ) : (
             <IconPlayerRecordFilled size={14} color="var(--mantine-color-red-8)" />
           )
+        }
+        rightSection={
+          problem === "" ? null : <IconAlertTriangle size={14} color="var(--mantine-color-orange-8)" />
         }
         onClick={() => void recorder.toggle()}
       >

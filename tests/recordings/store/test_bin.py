@@ -1,8 +1,9 @@
-"""What is deleted can be taken back, whenever a kill comes, until its time is over or its room is needed."""
+"""What is deleted can be taken back, whenever a kill comes, until its time is over."""
 
 import shutil
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,9 +12,9 @@ import pytest
 from controller.errors import CommandRefused, RecordingError
 from recordings.format.messages import Recording
 from recordings.read import prepared
-from recordings.store import quota
-from recordings.store.bin import DAYS
-from recordings.store.quota import clear_bin, enforce
+from recordings.store import age
+from recordings.store.bin import AGES, KEPT_S
+from recordings.store.quota import enforce
 from recordings.store.store import Store
 from tests.recordings.synthetic import telemetry_rows
 
@@ -96,23 +97,81 @@ def test_an_id_that_is_taken_again_is_not_written_over(record: Record, tmp_path:
     assert [found.id for found in store.bin.recordings()] == [id]
 
 
-def test_deleted_ones_go_before_any_other_and_after_their_time(
+@dataclass
+class Machine:
+    """The clock by which things in the bin grow older."""
+
+    boot: str = "first"
+    seconds: float = 1000.0
+
+    def time(self) -> tuple[str, float]:
+        return self.boot, self.seconds
+
+
+@pytest.fixture
+def machine(monkeypatch: pytest.MonkeyPatch) -> Machine:
+    machine = Machine()
+    monkeypatch.setattr(age, "machine_time", machine.time)
+    return machine
+
+
+def test_what_was_deleted_goes_once_the_machine_has_run_for_seven_days(
+    record: Record, tmp_path: Path, machine: Machine
+) -> None:
+    store = Store(tmp_path)
+    first, second = (record(telemetry_rows(300), name).id for name in ("first", "second"))
+    store.remove(first)
+    assert store.clear_bin() == ()
+    machine.seconds += KEPT_S
+    store.remove(second)
+    assert store.clear_bin() == ()
+    machine.seconds += 1.0
+    assert store.clear_bin() == (first,)
+    assert [found.id for found in store.bin.recordings()] == [second]
+    assert not list((tmp_path / ".deleted").glob(f"{first}*"))
+    machine.seconds += KEPT_S
+    assert store.clear_bin() == (second,)
+
+
+def test_no_other_boot_and_no_return_of_a_recording_makes_it_older(
+    record: Record, tmp_path: Path, machine: Machine
+) -> None:
+    store, id = Store(tmp_path), record(telemetry_rows(300)).id
+    store.remove(id)
+    assert store.clear_bin() == ()
+    machine.boot, machine.seconds = "second", 10 * KEPT_S
+    assert store.clear_bin() == ()
+    machine.seconds += 0.9 * KEPT_S
+    assert store.clear_bin() == ()
+    store.restore(id)
+    store.remove(id)
+    machine.seconds += 0.9 * KEPT_S
+    assert store.clear_bin() == (), "it lies there anew"
+    (tmp_path / ".deleted" / AGES).write_text("{")
+    assert store.clear_bin() == (), "nor does a damaged file of ages"
+    machine.seconds += 1.1 * KEPT_S
+    assert store.clear_bin() == (id,)
+
+
+def test_a_clock_that_jumps_forward_by_years_removes_nothing(
+    record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, id = Store(tmp_path), record(telemetry_rows(300)).id
+    store.remove(id)
+    assert store.clear_bin() == ()
+    years = time.time() + 3e8
+    monkeypatch.setattr(time, "time", lambda: years)
+    assert store.clear_bin() == () == Store(tmp_path).clear_bin()
+    assert [found.id for found in store.bin.recordings()] == [id]
+
+
+def test_neither_a_disk_that_is_nearly_full_nor_the_quota_clears_the_bin(
     record: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store = Store(tmp_path)
-    first, second, kept = (record(telemetry_rows(300), name).id for name in ("first", "second", "kept"))
-    for id in (first, second):
-        store.remove(id)
-        time.sleep(0.02)  # times of change are as coarse as the kernel's ticks
-    total = sum(found.bytes for found in (*store.list(), *store.bin.recordings()))
-    assert enforce(store, total - 1) == []
-    assert [found.id for found in store.bin.recordings()] == [second], "the longest deleted first"
-    over = clear_bin(store, 0 - total, now=time.time() + (DAYS + 1) * 86_400.0)
-    assert (store.bin.recordings(), over) == ([], -total)
-    assert [found.id for found in store.list()] == [kept]
-    store.remove(kept)
-    monkeypatch.setattr(quota.shutil, "disk_usage", lambda _: Usage(free=1 << 29))
-    enforce(store, total)
-    assert store.bin.recordings() == [], "a disk that is nearly full keeps nothing deleted"
-    assert not list((tmp_path / ".deleted").glob("*.rrd"))
-    assert shutil.disk_usage(tmp_path)
+    first, second = (record(telemetry_rows(300), name).id for name in ("first", "second"))
+    store.remove(first)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(free=0))
+    assert enforce(store, 0).moved == []
+    assert store.clear_bin() == ()
+    assert store.restore(first).complete and store.find(second).complete

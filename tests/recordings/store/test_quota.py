@@ -10,14 +10,14 @@ from controller.schema.parameters import Settings
 from recordings.format import sidecar, tool
 from recordings.format.messages import Recording
 from recordings.read.reader import read_rows
-from recordings.store.quota import default_quota, enforce
+from recordings.store.quota import bytes_on_disk, default_quota, enforce
 from recordings.store.store import Store
 from recordings.write.session import Context
 from recordings.write.writer import BATCH_ROWS, Recorder
 from tests.recordings.synthetic import batches, rig_info, telemetry_rows
 
 
-def test_the_oldest_go_first_but_neither_starred_nor_running_ones(recorder: Recorder, tmp_path: Path) -> None:
+def test_the_oldest_go_into_the_bin_but_neither_starred_nor_running_ones(recorder: Recorder, tmp_path: Path) -> None:
     store, ids = Store(tmp_path), []
     for name in ("starred", "old", "older", "new"):
         recorder.start(name, rig_info(), Settings())
@@ -25,13 +25,49 @@ def test_the_oldest_go_first_but_neither_starred_nor_running_ones(recorder: Reco
     running = recorder.start("zz running", rig_info(), Settings()).id
     sidecar.write(tmp_path, store.find(ids[0]).model_copy(update={"starred": True}))
     order = [recording.id for recording in reversed(store.list())]
-    total = sum(recording.bytes for recording in store.list())
-    removed = enforce(store, total - 1)
-    assert [recording.id for recording in removed] == [next(id for id in order if id not in (ids[0], running))]
-    enforce(store, 0)
-    assert {recording.id for recording in store.list()} == {ids[0], running}
-    assert {path.stem for path in tmp_path.glob("*.rrd")} == {ids[0], running}
-    assert enforce(store, total) == []
+    takes = {id: bytes_on_disk(store, id) for id in order}
+    [moved], over = enforce(store, sum(takes.values()) - 1)
+    assert (moved.id, over) == (next(id for id in order if id not in (ids[0], running)), 0)
+    left = {ids[0], running}
+    enforce(store, sum(takes[id] for id in left))
+    assert {recording.id for recording in store.list()} == left
+    assert {recording.id for recording in store.bin.recordings()} == set(ids[1:]), "nothing is erased"
+    for id in ids[1:]:
+        assert store.restore(id).complete
+
+
+def test_where_nothing_that_may_go_would_help_all_stay(recorder: Recorder, tmp_path: Path) -> None:
+    store, ids = Store(tmp_path), []
+    for name in ("starred", "old", "new"):
+        recorder.start(name, rig_info(), Settings())
+        ids.append(recorder.stop().id)
+    sidecar.write(tmp_path, store.find(ids[0]).model_copy(update={"starred": True}))
+    most = sum(bytes_on_disk(store, id) for id in (ids[0], ids[2])) - 1
+    assert enforce(store, most) == ([], 1 + bytes_on_disk(store, ids[1]))
+    assert {recording.id for recording in store.list()} == set(ids)
+
+
+def test_a_file_that_someone_puts_there_displaces_no_recording(recorder: Recorder, tmp_path: Path) -> None:
+    """Newest by its name: holes of 200 GB, as large a one without a description, a copy with that of another one."""
+    store = Store(tmp_path)
+    for name in ("a", "b"):
+        recorder.start(name, rig_info(), Settings())
+        recorder.rows(telemetry_rows(200))
+        recorder.stop()
+    ids = {one.id for one in store.list()}
+    most = sum(bytes_on_disk(store, id) for id in ids)
+    with (tmp_path / "20990101-000000-sparse.rrd").open("wb") as holes:
+        holes.truncate(200 << 30)
+    (tmp_path / "20990102-000000-filled.rrd").write_bytes(bytes(most + 1))
+    for kind in ("rrd", "json"):
+        copy = tmp_path / f"20990103-000000-copy.{kind}"
+        copy.write_bytes((tmp_path / f"{min(ids)}.{kind}").read_bytes())
+    described = "20990104-000000-sparse"
+    sidecar.write(tmp_path, sidecar.blank(described).model_copy(update={"bytes": 200 << 30, "complete": True}))
+    with (tmp_path / f"{described}.rrd").open("wb") as holes:
+        holes.truncate(200 << 30)
+    assert enforce(store, most) == ([], 0)
+    assert ids < {one.id for one in store.list() if not one.problem}
 
 
 def test_by_default_no_more_than_50_gb_or_most_of_a_small_disk(tmp_path: Path) -> None:
@@ -58,22 +94,3 @@ def test_a_file_that_grows_too_large_goes_on_in_another_without_a_missing_tick(t
     ticks = [read_rows(tmp_path / f"{part.id}.rrd")["tick"] for part in parts]
     assert np.concatenate(ticks).tolist() == list(range(6000))
     tool.run("rrd", "verify", str(tmp_path / f"{ended[0].id}.rrd"), timeout=60)
-
-
-def test_a_damaged_recording_counts_with_the_room_that_it_takes(tmp_path: Path) -> None:
-    """Not with what its description says, or cannot say: nothing whole goes in its place."""
-    ids = [f"2020010{n}-000000" for n in range(1, 5)]
-    unreadable, bare, whole, newest = ids
-    for id in ids:
-        (tmp_path / f"{id}.rrd").write_bytes(bytes(1000))
-        (tmp_path / f"{id}.json").write_text("{")
-    (tmp_path / f"{bare}.json").unlink()
-    for id in (whole, newest):
-        sidecar.write(tmp_path, sidecar.blank(id).model_copy(update={"bytes": 1000, "complete": True}))
-    lost = "20200105-000000"  # nothing is left of its data
-    sidecar.write(tmp_path, sidecar.blank(lost).model_copy(update={"bytes": 10_000, "complete": True, "starred": True}))
-    store = Store(tmp_path)
-    assert enforce(store, 4000) == []
-    assert [one.id for one in enforce(store, 3000)] == [unreadable]
-    assert [one.id for one in enforce(store, 2000)] == [bare]
-    assert {one.id for one in store.list()} == {whole, newest, lost}

@@ -43,7 +43,7 @@ export function DeleteButton({ row, running, reason, onDelete }: Props) {
     <Popover opened onChange={turn} position="bottom-end" shadow="md" trapFocus withinPortal>
       <Popover.Target>{button}</Popover.Target>
       <Popover.Dropdown aria-label="Delete the recording?">
-        <p className="note">{kept ?? "It can be restored for 7 days, unless room is needed."}</p>
+        <p className="note">{kept ?? "It can be restored for 7 days."}</p>
         <Button
           size="compact-sm"
           mt={6}
