@@ -1,6 +1,7 @@
 """The operator's lease: at most one session operates; it lapses when nothing is heard of its page.
 
-A lease belongs to a session, so all tabs of one browser operate. Others ask for it, and are handed it by the holder.
+A lease belongs to a session, its id and the token that opened it, so all tabs of one browser operate. Others ask for
+it, and are handed it by the holder.
 """
 
 import threading
@@ -64,7 +65,7 @@ class OperatorLease:
     def term_of(self, who: Identity) -> int | None:
         """The term in which `who` operates now; None where they do not."""
         with self._lock:
-            held = self._holder is not None and self._holder.id == who.id and self._now() - self._heard <= self._lapse
+            held = who.is_session(self._holder) and self._now() - self._heard <= self._lapse
             return self._term if held else None
 
     def holds(self, who: Identity) -> bool:
@@ -107,7 +108,7 @@ class OperatorLease:
         """Ask the holder for the lease; CommandRefused where there is no one to ask, or too many do."""
         if self.holder is None or self.holds(who):
             raise CommandRefused("you operate already" if self.holder else "no one operates now, so no one can answer")
-        waiting = len([other for other in self.asking if other.id != who.id])
+        waiting = len([other for other in self.asking if not other.is_session(who)])
         if waiting >= ASKERS_MAX:
             raise CommandRefused(f"{waiting} others have asked already, the most is {ASKERS_MAX}")
         self._asked[who.tag] = (who, self._now())
@@ -120,14 +121,14 @@ class OperatorLease:
         """A sign of `who`'s page, which keeps the lease alive if it is theirs; the term in which they operate."""
         with self._lock:
             now = self._now()
-            if self._holder is None or self._holder.id != who.id or now - self._heard > self._lapse:
+            if not who.is_session(self._holder) or now - self._heard > self._lapse:
                 return None
             self._heard = now
             return self._term
 
     def _pass_to(self, who: Identity | None) -> None:
         before, self._holder = self._holder, who
-        if (before and before.id) != (who and who.id):
+        if before is not who and not (who and who.is_session(before)):
             self._term += 1
             for changed in self._listeners:
                 changed(before, who)

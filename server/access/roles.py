@@ -16,6 +16,7 @@ READING = ("GET", "HEAD", "OPTIONS")
 VIEWERS = frozenset(
     {
         "sign_in_by_token",
+        "sign_out",
         "command",  # E-STOP is for everyone; the route itself demands the lease for all else
         "ask_for_lease",
         "withdraw_request",

@@ -14,7 +14,8 @@ from starlette.routing import BaseRoute
 from server.access.gate import FIGURES, is_open
 from server.access.permit import holder
 from server.access.roles import READING, VIEWERS
-from server.access.sessions import COOKIE
+from server.access.sessions import cookie_name
+from server.settings import ServerSettings
 
 Needs = Literal["viewer", "operator", "lease"]
 Security = list[dict[str, list[str]]]
@@ -24,7 +25,7 @@ SESSION, TOKEN = "session", "token"
 
 def schemes(cookie: str) -> dict[str, dict[str, str]]:
     """The ways in that there are; `cookie` is the name under which this server keeps sessions."""
-    about = f"What POST /api/session gives for an access token; its name is {COOKIE} and the rig's."
+    about = "What POST /api/session gives for an access token; its name has the rig's and the port."
     return {
         SESSION: {"type": "apiKey", "in": "cookie", "name": cookie, "description": about},
         TOKEN: {"type": "http", "scheme": "bearer", "description": "An access token itself, of either role."},
@@ -33,11 +34,16 @@ def schemes(cookie: str) -> dict[str, dict[str, str]]:
 
 def secure(schema: dict[str, Any], routes: list[BaseRoute]) -> None:
     """Declare the ways in with the OpenAPI `schema`, and with each operation those that open it, if it is closed."""
-    schema["components"]["securitySchemes"] = schemes(f"{COOKIE}twin")
+    schema["components"]["securitySchemes"] = schemes(cookie_name(_field("rig"), _field("port")))
     for route in api_routes(routes):
         for method in (route.methods or ()) if route.include_in_schema else ():
             if security := security_of(method, route):
                 schema["paths"][route.path_format][method.lower()]["security"] = security
+
+
+def _field(name: str) -> Any:
+    """What a server has without being told."""
+    return ServerSettings.model_fields[name].default
 
 
 def api_routes(routes: list[BaseRoute]) -> Iterator[APIRoute]:

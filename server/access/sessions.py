@@ -1,4 +1,7 @@
-"""Who is who: the access token is exchanged once for a signed cookie with a random session id and a short name."""
+"""Who is who: the access token is exchanged once for a signed cookie with a random session id and a short name.
+
+A session has one id and one role: another role is another session, and the one before it ends.
+"""
 
 import asyncio
 import hashlib
@@ -12,6 +15,7 @@ from urllib.parse import urlsplit
 
 from itsdangerous import BadSignature, URLSafeTimedSerializer
 
+from server.access.ended import EndedSessions
 from server.access.tokens import Secrets
 from server.http.errors import ServerError, TryLater
 from server.http.given import given
@@ -21,7 +25,7 @@ FAILURES = 5
 """Wrong tokens that one address may send within `FAILURES_WINDOW_S`."""
 FAILURES_WINDOW_S = 60.0
 COOKIE = "tendril_"
-"""The rig's name follows: servers of several rigs on one host keep their sessions apart."""
+"""Rig and port follow: a browser has one jar for all ports of a host, in which each server must find its own."""
 MAX_AGE = 7 * 24 * 3600
 """Seconds for which a cookie is good."""
 _COLOURS = ("amber", "azure", "coral", "ivory", "jade", "lilac", "ochre", "olive", "pearl", "ruby", "sepia", "teal")
@@ -40,21 +44,36 @@ class TooManyAttempts(TryLater):
     wait = FAILURES_WINDOW_S
 
 
-class Sessions:
-    """Opens sessions for the right token and reads them from cookies; keeps none, so a restart signs no one out."""
+def cookie_name(rig: str, port: int) -> str:
+    """The name under which the server of `rig` at `port` keeps sessions."""
+    return f"{COOKIE}{rig}_{port}"
 
-    def __init__(self, kept: Secrets, rig: str, now: Callable[[], float] = time.monotonic) -> None:
+
+class Sessions:
+    """Opens sessions for the right token and reads them from cookies; keeps none but those that have ended, so a
+    restart signs no one out.
+    """
+
+    def __init__(
+        self,
+        kept: Secrets,
+        cookie: str,
+        ended: EndedSessions | None = None,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`cookie` is the name of this server's, and good for this one alone."""
         self._failures: dict[str, list[float]] = defaultdict(list)
         self._now = now
         self.closed = False
         """The access tokens may have been revoked, and no one can say: no session operates, every one may look on."""
-        self.cookie = COOKIE + rig
+        self.cookie, self._ended = cookie, ended or EndedSessions()
         self.use(kept)
 
     def use(self, kept: Secrets) -> None:
         """Put these tokens in force. The sessions that a token opened end with it: it is part of their signing key."""
-        self._tokens = {role: kept.of(role).encode() for role in ROLES}
-        keys = {role: hashlib.sha256(f"{kept.key} {kept.of(role)}".encode()).hexdigest() for role in ROLES}
+        self._kept, self._tokens = kept, {role: kept.of(role).encode() for role in ROLES}
+        parts = {role: f"{kept.key} {kept.of(role)} {self.cookie} {self._ended.series(role)}" for role in ROLES}
+        keys = {role: hashlib.sha256(parts[role].encode()).hexdigest() for role in ROLES}
         self._signers = {role: URLSafeTimedSerializer(keys[role], salt=f"session {role}") for role in ROLES}
         self._marks = {role: hashlib.sha256(keys[role].encode()).hexdigest()[:16] for role in ROLES}
 
@@ -63,7 +82,21 @@ class Sessions:
         role = self.require(token, address)
         role = "viewer" if self.closed else role
         name = f"{secrets.choice(_COLOURS)} {secrets.choice(_PLANTS)} {secrets.randbelow(90) + 10}"
-        return Identity(secrets.token_urlsafe(12), name, role, self._marks[role])
+        id = secrets.token_urlsafe(12)
+        return Identity(id, name, role, self._marks[role], user=id)
+
+    def end(self, who: Identity) -> None:
+        """End the session `who`: its cookie, wherever there is a copy, opens nothing any more."""
+        self._ended.end(who)
+
+    def end_all(self, role: Role) -> None:
+        """End all sessions that the token of `role` has opened; it is good for new ones."""
+        self._ended.end_all(role)
+        self.use(self._kept)
+
+    def keep_ended(self) -> None:
+        """As `EndedSessions.keep`."""
+        self._ended.keep()
 
     def require(self, token: str, address: str) -> Role:
         """Whose access token this is.
@@ -83,25 +116,26 @@ class Sessions:
 
     def seal(self, who: Identity) -> str:
         """The cookie's value."""
-        return str(self._signers[who.role].dumps([who.id, who.name]))
+        return str(self._signers[who.role].dumps([who.id, who.name, who.user]))
 
     def read(self, cookies: Mapping[str, str]) -> Identity | None:
         """Who sent these cookies; None without a valid one."""
         value = cookies.get(self.cookie, "")
         for role in ROLES:
             try:
-                (found, name), signed = self._signers[role].loads(value, return_timestamp=True)
+                (found, name, user), signed = self._signers[role].loads(value, return_timestamp=True)
             except (BadSignature, ValueError):
                 continue
             # Signed in the future: a clock that was set back must sign out no one, who may have to press E-STOP.
-            if abs(time.time() - signed.timestamp()) <= MAX_AGE:
+            if abs(time.time() - signed.timestamp()) <= MAX_AGE and found not in self._ended:
                 shown: Role = "viewer" if self.closed else role
-                return Identity(found, name, shown, self._marks[shown])
+                return Identity(found, name, shown, self._marks[shown], user)
         return None
 
     def stands(self, who: Identity) -> bool:
-        """Whether the token that opened `who`'s session is still in force."""
-        return self._marks[who.role] == who.opened_by and not (self.closed and who.role == "operator")
+        """Whether `who`'s session is not over, and the token that opened it still in force."""
+        in_force = self._marks[who.role] == who.opened_by and not (self.closed and who.role == "operator")
+        return in_force and who.id not in self._ended
 
     async def ended(self, who: Identity) -> None:
         """Returns once `who`'s session stands no more: for sockets, which show their cookie only once."""

@@ -1,7 +1,8 @@
 """One small file per user, in a folder of the server's state.
 
-A user is a signed-in browser: its session's random id, kept in its cookie. There are no accounts, so two browsers of
-one person are two users, and one who signs in again after the cookie's week starts with nothing kept.
+A user is a signed-in browser: the random id of its first session, kept in its cookie. There are no accounts, so two
+browsers of one person are two users, and one who signs in again after signing out, or after the cookie's week, starts
+with nothing kept.
 """
 
 import hashlib
@@ -55,4 +56,4 @@ class UserFiles:
         return StateFile(self._file(who), parse, f"{self._what} is as at the start")
 
     def _file(self, who: Identity) -> Path:
-        return self._folder / f"{hashlib.sha256(who.id.encode()).hexdigest()[:32]}.json"
+        return self._folder / f"{hashlib.sha256((who.user or who.id).encode()).hexdigest()[:32]}.json"

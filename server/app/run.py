@@ -47,6 +47,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
             settings.host,
         )
     listening = listen(settings.host, settings.port)
+    settings = settings.model_copy(update={"port": listening.getsockname()[1]})
     services = Services(settings, end_process)
     services.history.claim()
     url = address(settings, listening)

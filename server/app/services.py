@@ -9,9 +9,10 @@ from controller.system.scheduler import Scheduler
 from recordings.format.annotations import LogLine
 from recordings.live.channel import RecorderSettings
 from recordings.store.store import Store, default_folder
+from server.access.ended import EndedSessions
 from server.access.lease import OperatorLease
 from server.access.permit import Permits
-from server.access.sessions import Sessions
+from server.access.sessions import Sessions, cookie_name
 from server.access.token_watch import IN_FORCE_S, TokenWatch
 from server.access.tokens import TokenFile
 from server.access.user_files import UserFiles
@@ -84,8 +85,9 @@ class Services:
         reader: Reader | None = None,
         launch_recorder: Callable[[RecorderSettings, bool], None] = launch,
     ) -> None:
-        """Connect to the rig and start all. `deadly` is called where the event loop does not turn any more; `planner`
-        and `reader` are used instead of such of its own, and `launch_recorder` starts a recorder where there is none.
+        """Connect to the rig and start all, for a server at `settings.port`. `deadly` is called where the event loop
+        does not turn any more; `planner` and `reader` are used instead of such of its own, and `launch_recorder` starts
+        a recorder where there is none.
         """
         self.settings = settings
         self.planner, self.reader = planner or Planner(), reader or Reader()
@@ -117,7 +119,8 @@ class Services:
     def _log_and_access(self) -> None:
         file = TokenFile(self.settings)
         self.secrets = file.made()
-        self.sessions = Sessions(self.secrets, self.settings.rig)
+        ended = EndedSessions(self._state(f"sessions-{self.settings.port}"))
+        self.sessions = Sessions(self.secrets, cookie_name(self.settings.rig, self.settings.port), ended)
         self.lease = OperatorLease(self.scheduler.watchdog.listened, self.settings.control_lapse)
         self.events = EventLog(EventFile(self._state("events", "jsonl"), LogEntry))
         if self.settings.log_format == "json":

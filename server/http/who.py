@@ -24,6 +24,12 @@ class Identity:
     role: Role = "viewer"
     opened_by: str = ""
     """Mark of the token that opened the session: another token of that role ends it."""
+    user: str = ""
+    """Names the browser in what it keeps for itself, over changes of its role too; "": as `id` does."""
+
+    def is_session(self, other: "Identity | None") -> bool:
+        """Whether `other` is this very session: an id counts only with the token that opened it."""
+        return other is not None and (self.id, self.opened_by) == (other.id, other.opened_by)
 
     @property
     def described(self) -> str:
@@ -33,7 +39,7 @@ class Identity:
     @cached_property
     def tag(self) -> str:
         """Names this session to others, who must not know its id."""
-        return hashlib.sha256(self.id.encode()).hexdigest()[:12]
+        return hashlib.sha256(f"{self.id} {self.opened_by}".encode()).hexdigest()[:12]
 
 
 async def _me(connection: HTTPConnection) -> Identity:

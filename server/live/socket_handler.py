@@ -104,7 +104,7 @@ class SocketHandler:
 
     def leave(self) -> None:
         """The page is gone."""
-        self._target.leave(followed=self._viewer.who.id in {who.id for who in self._context.pages.present()})
+        self._target.leave(followed=any(map(self._viewer.who.is_session, self._context.pages.present())))
 
     def _pong(self, message: Ping) -> None:
         self._viewer.post(Pong(t=message.t))

@@ -53,7 +53,7 @@ class Pages(Generic[P]):
 
     def named(self, name: str, who: Identity) -> P | None:
         """The open page of `who`'s session that `Hello` gave this name, None without one."""
-        return next((page for page in self.open if page.name == name and page.who.id == who.id), None)
+        return next((page for page in self.open if page.name == name and page.who.is_session(who)), None)
 
     def tell(self, event: LogEntry) -> None:
         """Show a line of the log to every page."""

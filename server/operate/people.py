@@ -33,12 +33,12 @@ class PeopleHere:
 
     def view(self, who: Identity) -> People:
         """Everyone as `who` sees them."""
-        holder, asking = self._lease.holder, {one.id for one in self._lease.asking}
+        holder, asking = self._lease.holder, {one.tag for one in self._lease.asking}
         return People(
             holder=holder.tag if holder else "",
             asking=[_person(one) for one in self._lease.asking],
-            others=[_person(one) for one in self._here() if one.id != who.id],
-            waiting=who.id in asking,
+            others=[_person(one) for one in self._here() if not one.is_session(who)],
+            waiting=who.tag in asking,
         )
 
     def key(self) -> object:
@@ -71,7 +71,7 @@ class PeopleHere:
     async def take_over(self, tag: str, who: Identity) -> None:
         """Take the lease from the session `tag`, as confirmed; CommandRefused when another holds it by now."""
         holder = self._lease.holder
-        if holder is None or holder.tag != tag or holder.id == who.id:
+        if holder is None or holder.tag != tag or holder.is_session(who):
             raise CommandRefused(CHANGED)
         permit = self._permits.taking(who, holder)
         await self._hold(permit)
@@ -95,7 +95,7 @@ class PeopleHere:
 
     def _here(self) -> list[Identity]:
         """One entry a session, by name."""
-        return sorted({one.id: one for one in self._present()}.values(), key=lambda one: one.name)
+        return sorted({one.tag: one for one in self._present()}.values(), key=lambda one: one.name)
 
 
 def _person(who: Identity) -> Person:

@@ -134,7 +134,7 @@ class ViewSessions:
             self._sessions[id] = session
             for old in [key for key, found in self._sessions.items() if not found.taken][: -self.SESSIONS_MAX]:
                 del self._sessions[old]
-        if session.who.id != who.id:
+        if not session.who.is_session(who):
             raise NotAllowed("this 3D view belongs to another page")
         return session
 

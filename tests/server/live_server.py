@@ -233,8 +233,9 @@ class TestServer:
 
     def __init__(self, folder: Path, endpoint: str, key: Path | None = None, apart: bool = False, **more: Any) -> None:
         """`apart`: the recorder is a process, as it should be, and takes a second to start."""
+        listening = listen("127.0.0.1", 0)
         self.settings = ServerSettings(
-            port=0,
+            port=listening.getsockname()[1],
             endpoint=endpoint,
             key_file=key or key_file(folder),
             rig="test",
@@ -250,7 +251,6 @@ class TestServer:
             self.settings, planner=PLANNER, reader=READER, launch_recorder=launch if apart else self._host
         )
         self.app = create_app(self.services)
-        listening = listen("127.0.0.1", 0)
         self.url = address(self.settings, listening)
         self._server = uvicorn_server(self.app, self.settings, _at_once, lambda: None)
         self._thread = threading.Thread(target=self._server.run, args=([listening],))

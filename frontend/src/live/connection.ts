@@ -1,6 +1,6 @@
 import { api, forgetAnswers, isOutdated, Refusal, dataOf } from "../api/rest";
 import { LayoutError, type LiveSocket } from "../api/socket";
-import type { FromServer, Health, Session } from "../api/types";
+import type { FromServer, Health, Role, Session } from "../api/types";
 import { asCause, asMode } from "./modes";
 import type { Store } from "../ui/store";
 import type { Live } from "./live";
@@ -80,6 +80,19 @@ export class Connection {
     await this.enter();
   }
 
+  /** Sign out, in all tabs of this browser. */
+  async logout(): Promise<void> {
+    await api.DELETE("/api/session");
+    this.tabs.postMessage(null);
+    await this.enter();
+  }
+
+  /** Sign out every session of this role's token; this one, too, if it is one of them. */
+  async logoutAll(role: Role): Promise<void> {
+    await api.DELETE("/api/sessions/{role}", { params: { path: { role } } });
+    await this.enter();
+  }
+
   /** The worker asks whether this page still answers, and gives its signs while it does. */
   private startPresence(): void {
     const worker = new Worker(new URL("./presence/presence.worker.ts", import.meta.url), { type: "module" });
@@ -112,7 +125,7 @@ export class Connection {
         this.socket.restart();
       else this.socket.start();
     } catch (error) {
-      if (isSignedOut(error)) this.page.patch({ session: "absent" });
+      if (isSignedOut(error)) this.leave();
       else setTimeout(() => void this.enter(), PING_MS);
     }
   }
@@ -133,10 +146,14 @@ export class Connection {
       this.page.patch({ shutOut: "" });
     } catch (error) {
       this.page.patch({ shutOut: error instanceof Refusal ? error.message : "" });
-      if (!isSignedOut(error)) return;
-      this.socket.stop();
-      this.page.patch({ session: "absent" });
+      if (isSignedOut(error)) this.leave();
     }
+  }
+
+  /** The session is over: the page asks for the token. */
+  private leave(): void {
+    this.socket.stop();
+    this.page.patch({ session: "absent" });
   }
 
   private receive(message: FromServer): void {

@@ -8,12 +8,10 @@ from typing import NamedTuple
 import httpx
 
 from controller.schema.modes import Mode
-from server.access.tokens import TokenFile
 from server.campaign import trace
 from server.campaign.person import Person
 from server.campaign.scene import CIRCLE, QUIET_SECONDS, Scene
 from server.campaign.waiting import Seen, require, wait
-from server.settings import ServerSettings
 
 HANGING = 30.0
 """For which the run would stay where control is lost [s]; it is let go on as soon as it was refused."""
@@ -80,13 +78,14 @@ def _nothing_comes_of_it(scene: Scene, other: Person, start: int) -> None:
     require((rows["mode"] == Mode.HOLD).all() and not trace.calm(rows), f"moved all the same: {trace.calm(rows)}")
     over = other.request("POST", "/api/run/stop")
     require(over.status_code == 409 and "no run is under way" in over.text, f"a run is left: {over.text}")
-    wait(lambda: not scene.operator.status["recording"]["recording"], 5.0, "the end of the run's recording")
+    wait(lambda: not other.status["recording"]["recording"], 5.0, "the end of the run's recording")
 
 
 def _give_back(scene: Scene, other: Person) -> None:
     other.present = False
     other.ask("DELETE", "/api/lease")
     scene.operator.ask("POST", "/api/session", token=scene.url.split("token=")[1])
+    scene.operator.reconnect()
 
 
 def _run(scene: Scene) -> int:
@@ -100,9 +99,9 @@ def _taken_over(scene: Scene, other: Person) -> None:
 
 
 def _signed_out(scene: Scene, other: Person) -> None:
-    """As far as a browser can: it goes on with the viewer's token."""
-    viewer = TokenFile(ServerSettings(state=scene.folder / "state")).read().viewer_token
-    scene.operator.ask("POST", "/api/session", token=viewer)
+    """The socket of its page ends with the session."""
+    gone = scene.operator.request("DELETE", "/api/session")
+    require(gone.status_code == 204, f"signing out was answered with {gone.status_code}: {gone.text}")
 
 
 def _given_back(scene: Scene, other: Person) -> None:

@@ -61,6 +61,37 @@ def test_a_wrong_token_is_refused_and_a_right_one_lets_in(context: BrowserContex
     assert "token" not in page.url
 
 
+def test_signing_out_asks_for_the_token_in_every_tab_and_gives_control_back(
+    page: Page, context: BrowserContext, browser: Browser, product: Product
+) -> None:
+    page.get_by_test_id("lease-take").click()
+    expect(page.get_by_test_id("lease")).to_have_attribute("data-mine", "true")
+    copy = browser.new_context(storage_state=context.storage_state()).new_page()
+    other_tab = context.new_page()
+    other_tab.goto(product.origin)
+    expect(other_tab.get_by_test_id("lease")).to_have_attribute("data-mine", "true")
+    page.get_by_test_id("me").click()
+    load_axe(page)
+    assert in_both_schemes(page, "me", "[role=menu]") == []
+    shot(page, "signing-out")
+    page.get_by_test_id("sign-out").click()
+    for tab in (page, other_tab):
+        expect(tab.get_by_test_id("token")).to_be_visible()
+    copy.goto(product.origin)
+    expect(copy.get_by_test_id("token")).to_be_visible()
+    copy.context.close()
+    page.get_by_test_id("token").fill(product.url.split("token=")[1])
+    page.get_by_test_id("sign-in").click()
+    expect(page.get_by_test_id("lease")).to_have_attribute("data-held", "false")
+    expect(other_tab.get_by_test_id("state")).to_contain_text("VENTED")
+    page.get_by_test_id("me").click()
+    page.get_by_test_id("sign-out-operator").click()
+    shot(page, "sign-out-all")
+    page.get_by_test_id("sign-out-confirm").click()
+    for tab in (page, other_tab):
+        expect(tab.get_by_test_id("token")).to_be_visible()
+
+
 def test_a_viewer_asks_the_operator_accepts_and_takes_control_back(
     page: Page, browser: Browser, product: Product
 ) -> None:

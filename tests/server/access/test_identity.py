@@ -32,7 +32,7 @@ class Clock:
 
 
 def sessions(token: str = "right", clock: Clock | None = None) -> Sessions:
-    return Sessions(Secrets(token=token, key="k" * 20), "rig", clock or Clock())
+    return Sessions(Secrets(token=token, key="k" * 20), "tendril_rig_1", now=clock or Clock())
 
 
 def test_cookie_is_read_back_and_a_forged_or_foreign_one_is_not() -> None:
@@ -94,7 +94,7 @@ def test_an_old_file_with_one_token_is_the_operators_and_gets_a_viewers(tmp_path
 def test_a_changed_token_ends_only_the_sessions_that_it_opened(tmp_path: Path) -> None:
     file = TokenFile(ServerSettings(state=tmp_path))
     kept = file.made()
-    ours = Sessions(kept, "rig")
+    ours = Sessions(kept, "tendril_rig_1")
     operator, viewer = ours.open(kept.token, "here"), ours.open(kept.viewer_token, "here")
     assert (operator.role, viewer.role) == ("operator", "viewer")
     cookies = [{ours.cookie: ours.seal(who)} for who in (operator, viewer)]
@@ -146,7 +146,7 @@ def test_a_running_server_keeps_its_tokens_while_their_file_is_damaged(tmp_path:
     kept = file.made()
     (tmp_path / "secrets.json").write_text("{")
     log, clock = EventLog(), Clock()
-    watch = TokenWatch(file, Sessions(kept, "rig"), kept, OperatorLease(), log, clock)
+    watch = TokenWatch(file, Sessions(kept, "tendril_rig_1"), kept, OperatorLease(), log, clock)
     (tmp_path / "secrets.json").write_text('{"tok')
     clock.now = 1.0
     watch.poll()
@@ -158,7 +158,7 @@ def test_a_running_server_keeps_its_tokens_while_their_file_is_damaged(tmp_path:
 def test_a_token_whose_file_could_not_be_read_once_is_revoked_all_the_same(tmp_path: Path) -> None:
     file, path = TokenFile(ServerSettings(state=tmp_path)), tmp_path / "secrets.json"
     kept = file.made()
-    ours, lease, log, clock = Sessions(kept, "rig"), OperatorLease(), EventLog(), Clock()
+    ours, lease, log, clock = Sessions(kept, "tendril_rig_1"), OperatorLease(), EventLog(), Clock()
     watch, operator = TokenWatch(file, ours, kept, lease, log, clock), ours.open(kept.token, "here")
     cookie = {ours.cookie: ours.seal(operator)}
     assert lease.acquire(operator)
@@ -176,7 +176,7 @@ def test_a_token_whose_file_could_not_be_read_once_is_revoked_all_the_same(tmp_p
 def test_while_the_tokens_cannot_be_read_nobody_operates_and_everybody_may_look(tmp_path: Path) -> None:
     file, path = TokenFile(ServerSettings(state=tmp_path)), tmp_path / "secrets.json"
     kept = file.made()
-    ours, lease, log, clock = Sessions(kept, "rig"), OperatorLease(), EventLog(), Clock()
+    ours, lease, log, clock = Sessions(kept, "tendril_rig_1"), OperatorLease(), EventLog(), Clock()
     watch, operator = TokenWatch(file, ours, kept, lease, log, clock), ours.open(kept.token, "here")
     cookie, whole = {ours.cookie: ours.seal(operator)}, path.read_text()
     assert lease.acquire(operator)

@@ -76,6 +76,8 @@ NEEDS = {
     ("PUT", "/api/scene/{seat}/path/{role}"): ANYONE,
     ("PUT", "/api/scene/{seat}/playback"): ANYONE,
     ("DELETE", "/api/scene/{seat}/playback"): ANYONE,
+    ("DELETE", "/api/sessions/{role}"): OPERATOR,
+    ("DELETE", "/api/session"): ANYONE,  # last, as it ends what is asked with
 }
 
 

@@ -113,7 +113,7 @@ async def test_a_dragged_target_enters_few_functions_from_socket_to_link(
     page, sender, history = Walk(), Walk(), History(1000, 100)
     wire = Wire(sender)
     rig, lease = connected_rig(tmp_path, history, wire), OperatorLease(LoopWatchdog().listened)
-    sessions = Sessions(Secrets(token="right", key="k" * 20), "rig")
+    sessions = Sessions(Secrets(token="right", key="k" * 20), "tendril_rig_1")
     stopper = Stopper(rig.stop, lambda: rig.met)
     operator = Operator(rig.send, rig.boot, lambda: history.newest, Settings(), stopper)
     hands = TargetContext(lease, Permits(lease, sessions, rig.operator_timeout), operator, history, EventLog())

@@ -1,5 +1,5 @@
-import { ActionIcon, Badge, Button, Group, Menu, Modal, Tooltip } from "@mantine/core";
-import { IconArrowsExchange, IconHandOff, IconUser } from "@tabler/icons-react";
+import { ActionIcon, Button, Group, Menu, Modal } from "@mantine/core";
+import { IconArrowsExchange, IconHandOff } from "@tabler/icons-react";
 import { useState } from "react";
 import { usePage, type Page } from "../../live/page";
 import { useService } from "../../ui/services";
@@ -7,6 +7,7 @@ import { ControlButton } from "../ControlButton";
 import { Operations } from "../operations";
 import type { Person } from "../../api/types";
 import { useWhyNot } from "../permission";
+import { Me } from "./Me";
 
 /** Who operates, and the way to ask for it, give it back or pass it on; it is taken by the primary action. */
 export function LeaseControl() {
@@ -41,24 +42,6 @@ function holderText({ lease, people }: Page): string {
   if (lease.mine) return "you operate";
   if (!lease.held) return "no operator";
   return people.waiting ? `asked ${lease.holder}` : lease.holder;
-}
-
-/** My own name and role; a viewer's is always in sight, because so much is off. */
-function Me() {
-  const me = usePage((page) => page.me);
-  const meaning = `You are ${me.name}, signed in with the ${me.role}'s token`;
-  return (
-    <Tooltip label={meaning}>
-      <span className="lease-me" data-testid="me" data-role={me.role} aria-label={meaning} role="img">
-        <IconUser size={15} aria-hidden />
-        {me.role === "viewer" ? (
-          <Badge size="sm" variant="default" tt="none">
-            viewer
-          </Badge>
-        ) : null}
-      </span>
-    </Tooltip>
-  );
 }
 
 /** How the lease passes on: the holder hands it over; others ask for it, operators may also take it. */
