@@ -2,15 +2,16 @@ import { Drawing } from "../drawing/drawing";
 import { PageStore } from "../live/page";
 import { isLocked, TouchLock } from "../operate/lock/lock";
 import { Operations } from "../operate/operations";
+import { openOverlays, pressEscape, type EscapePort } from "../operate/stop/escape";
 import { EmergencyStop } from "../operate/stop/stop";
 import { TargetControl } from "../operate/target/targetControl";
 import { TwinTime } from "../operate/time/twinTime";
-import { focusOf, KeyMap, type Action } from "../operate/target/keys";
+import { focusOf, KeyMap, type Action, type Press } from "../operate/target/keys";
 import { Recorder } from "../recorder/recorder";
 import { focusWhenThere } from "../ui/focus";
 import type { Services } from "../ui/services";
 
-const ESCAPE = {
+const ESCAPE: Press = {
   key: "Escape",
   shiftKey: false,
   ctrlKey: false,
@@ -89,16 +90,37 @@ function inDialog(): boolean {
   return document.querySelector("[aria-modal=true]") !== null;
 }
 
+/** What an Esc may close; nothing behind the cover of a locked page. */
+function escapePort(services: Services): EscapePort {
+  const [drawing, page] = [services.get(Drawing), services.get(PageStore)];
+  return {
+    layers: () => {
+      if (isLocked(page.get())) return [];
+      return [...(drawing.isOpen() ? [drawing] : []), ...openOverlays()];
+    },
+    later: (action) => setTimeout(action),
+  };
+}
+
 /** The page's keys, heard before any focused control or dialog gets them. While signed out, or locked, only Esc means something. */
 export function hearKeys(services: Services): void {
   const keyMap = new KeyMap();
   const act = (action: Action | null) => {
     if (action) perform(action, services);
   };
+  const escapes = escapePort(services);
+  const hearEscape = (press: Press) => {
+    const now = performance.now();
+    if (!press.repeat) pressEscape(escapes, () => act(keyMap.press(press, "widget", now)));
+  };
   const hear = (event: KeyboardEvent) => {
+    if (event.key === "Escape") {
+      if (event.isTrusted && !event.isComposing) hearEscape(event);
+      return;
+    }
     const action = keyMap.press(event, focusOf(document.activeElement), performance.now());
     const page = services.get(PageStore).get();
-    if (event.key !== "Escape" && (page.session !== "present" || isLocked(page))) return;
+    if (page.session !== "present" || isLocked(page)) return;
     if (action?.kind === "nudge" && page.view === "review") return; // the target is not in sight: arrows scroll
     if (action?.kind === "nudge" || action?.kind === "mark") event.preventDefault(); // the letter is no part of the label
     act(action);
@@ -107,7 +129,7 @@ export function hearKeys(services: Services): void {
     if (event.origin !== window.location.origin) return;
     if (says(event.data, "touched")) services.get(TouchLock).touched();
     if (says(event.data, "moved")) services.get(TargetControl).abortGizmo();
-    if (says(event.data, "escape")) act(keyMap.press(ESCAPE, "widget", performance.now()));
+    if (says(event.data, "escape")) hearEscape(ESCAPE);
   };
   window.addEventListener("keydown", hear, { capture: true });
   window.addEventListener("keyup", (event) => act(keyMap.lift(event.key)), { capture: true }); // prettier-ignore

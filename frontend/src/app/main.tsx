@@ -3,7 +3,7 @@ import "@mantine/notifications/styles.css";
 import "uplot/dist/uPlot.min.css";
 import "@fontsource-variable/inter/wght.css";
 import "./index.css";
-import { createTheme, MantineProvider, Menu, Popover } from "@mantine/core";
+import { createTheme, MantineProvider, Menu, Modal, Popover } from "@mantine/core";
 import { Notifications, notifications } from "@mantine/notifications";
 import { createRoot } from "react-dom/client";
 import { Connection } from "../live/connection";
@@ -28,6 +28,9 @@ const COLOUR = { info: "blue", warning: "yellow", error: "red" } as const;
 /** What opens beside a control leaves the upper edge to state and E-STOP [px]. */
 const BESIDE_STOP = { top: 60, right: 5, bottom: 5, left: 5 };
 
+/** What opens and closes does so at once: what is still to be seen is still open (operate/stop/escape.ts). */
+const AT_ONCE = { duration: 0 };
+
 const notify: Notify = (level, title, text) =>
   notifications.show({
     id: `${title} ${text}`,
@@ -47,8 +50,12 @@ const theme = createTheme({
   components: {
     // Its placeholder for the focus is no child that a menu may have.
     Menu: Menu.extend({ defaultProps: { withInitialFocusPlaceholder: false } }),
+    Modal: Modal.extend({ defaultProps: { transitionProps: AT_ONCE } }),
     Popover: Popover.extend({
-      defaultProps: { middlewares: { flip: { padding: BESIDE_STOP }, shift: true } },
+      defaultProps: {
+        middlewares: { flip: { padding: BESIDE_STOP }, shift: true },
+        transitionProps: AT_ONCE,
+      },
     }),
   },
 });

@@ -278,3 +278,23 @@ test("a file's own timing counts as long as the file is the only piece, and come
   drawing.undo();
   expect(timing()).toBe("given");
 });
+
+test("a stroke, a box or a change that is under way is open until it counts or is abandoned", () => {
+  const drawing = new Drawing();
+  const gestures = [
+    () => drawing.trace([[0, 0]]),
+    () => drawing.frame([[0, 0], [1, 1]]), // prettier-ignore
+    () => {
+      drawing.select([0]);
+      drawing.change({ about: [0, 0], shift: [0.01, 0], angle: 0, scale: 1 });
+    },
+  ];
+  drawing.add([pieceOf(square)]);
+  for (const begin of gestures) {
+    expect(drawing.isOpen()).toBe(false);
+    begin();
+    expect(drawing.isOpen()).toBe(true);
+    drawing.abandon();
+  }
+  expect(drawing.isOpen()).toBe(false);
+});

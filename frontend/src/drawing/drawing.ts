@@ -231,6 +231,12 @@ export class Drawing {
     else this.store.patch({ draft: null, held: null });
   }
 
+  /** A stroke, a box or a change is under way, which Esc abandons. */
+  isOpen(): boolean {
+    const { draft, marquee, stroke } = this.store.get();
+    return draft !== null || marquee !== null || stroke.length > 0;
+  }
+
   /** Forget a gesture that was broken off. */
   abandon(): void {
     this.store.patch({ draft: null, held: null, marquee: null, stroke: [] });

@@ -23,6 +23,7 @@ export function MarkButton() {
       width={260}
       shadow="md"
       withRoles={false}
+      closeOnEscape={false}
     >
       <Popover.Target>
         <span>
@@ -39,12 +40,21 @@ export function MarkButton() {
           </ControlButton>
         </span>
       </Popover.Target>
-      <Popover.Dropdown p={8}>{marked ? <Label key={marked.n} marked={marked} /> : null}</Popover.Dropdown>
+      <Popover.Dropdown
+        p={8}
+        role="dialog"
+        aria-label="Label of the bookmark"
+        onKeyDownCapture={({ key }) => {
+          if (key === "Escape" && marked) void recorder.label(marked, "");
+        }}
+      >
+        {marked ? <Label key={marked.n} marked={marked} /> : null}
+      </Popover.Dropdown>
     </Popover>
   );
 }
 
-/** Enter or leaving it keeps what was typed; so does what takes the field away, as another view does. */
+/** Enter or leaving it keeps what was typed; so does what takes the field away, as another view does. Esc drops it. */
 function Label({ marked }: { readonly marked: Marked }) {
   const recorder = useService(Recorder);
   const [text, setText] = useState("");

@@ -16,7 +16,7 @@ const HINT: Record<Tool, string> = {
   drag: "",
   select: "",
   freehand: "Press and draw. Two fingers or the middle button move the picture.",
-  polyline: "Click the corners; the last one again, or Enter, ends. Esc drops the line and holds the rig.",
+  polyline: "Click the corners; the last one again, or Enter, ends. Esc drops the line.",
 };
 
 /** How the chosen tool is used, and a way to end a line for those without a keyboard. */

@@ -4,7 +4,7 @@ import { focusOf, type Focus } from "../../operate/target/keys";
 import { useService } from "../../ui/services";
 import { Drawing } from "../drawing";
 
-/** The keys of the drawing, while it is in sight; Esc also holds the rig, as everywhere. */
+/** The keys of the drawing, while it is in sight. An Esc that drops a line is no stop (operate/stop/escape.ts). */
 export function useDrawKeys(): void {
   const drawing = useService(Drawing);
   const shown = usePage((page) => page.view === "live");

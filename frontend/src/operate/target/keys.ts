@@ -120,10 +120,10 @@ export function focusOf(element: Element | null): Focus {
 /** All keys and gestures, by where they hold. */
 export const KEY_LIST: readonly KeyGroup[] = [
   {
-    where: "Everywhere, in every field and dialog",
+    where: "Everywhere, in every field",
     keys: [
-      ["Esc", "HOLD"],
-      ["Esc Esc", "E-STOP (twice within 1 s)"],
+      ["Esc", "HOLD; where a dialog, a menu or a line being drawn is open, it closes that and no more"],
+      ["Esc Esc", "E-STOP (twice within 1 s); what closes something does not count"],
     ],
   },
   {
