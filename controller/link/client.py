@@ -339,13 +339,14 @@ class RigClient:
         Its answer is proven to be of this moment, so batches sent before it, which others may have kept, are too old.
         One that the answer overtook comes after it: it is passed over, and no forgery.
         """
+        asked = time.monotonic()
         payload, proof = self._asker.ask(self._keys.info)
         answer, now = json.loads(payload), time.monotonic()
         if proof.boot != boot:
             self._dead.append(boot)
             return
         if self._boot == boot and self._info:
-            self._begin(proof, now, self._info)
+            self._begin(proof, asked, self._info)
             return
         first_contact, self._refused, self._pace, self._flows = self._boot is None, None, None, False
         with self._hearing:
@@ -361,14 +362,14 @@ class RigClient:
             self._refused = error
             log.error("%s", error)
             return
-        self._begin(proof, now, self._info)
+        self._begin(proof, asked, self._info)
         self._stream.expect(None if first_contact else 0)
         self._on_boot(self._info)
 
-    def _begin(self, proof: Reply, now: float, info: RigInfo) -> None:
+    def _begin(self, proof: Reply, asked: float, info: RigInfo) -> None:
         """Judge what comes by what the rig says of itself now."""
         self._floor = proof.sent
-        self._pace = Pace(info.parameters.controller.dt, proof.clock_ns, now)
+        self._pace = Pace(info.parameters.controller.dt, proof.clock_ns, asked)
 
     def _read(self, answer: Any) -> RigInfo:
         """Who the rig is; LayoutMismatch if it is built from other definitions than we are."""

@@ -10,6 +10,9 @@ from controller.link.keys import REPLAY_MAX
 SLACK_S = 2.0
 """By how much rows may be ahead of the time that passed here: batches wait on the way, and clocks differ."""
 
+DRIFT = 1e-3
+"""Most by which two clocks drift apart in a time, as a share of it: ten times that of a bad crystal."""
+
 Replay = Callable[[int, int], np.ndarray]
 Deliver = Callable[[np.ndarray], None]
 
@@ -58,15 +61,18 @@ class RowStream:
 
 
 class Pace:
-    """Judges what cannot follow from the last batch. Pauses of either end are no jumps.
+    """Judges what cannot follow from the last batch. Pauses of either end, and what they make late, are no jumps.
 
-    It knows the newest tick and time of the rig, and when they came by our clock.
+    The rig's clock is judged by ours, its ticks by its own clock. A batch is never heard before it was made, so the one
+    that was heard soonest tells best how far the rig's clock is ahead; what is heard late tells nothing.
     """
 
-    def __init__(self, dt: float, clock_ns: int, now: float) -> None:
-        """The rig ticks every `dt` [s], and its own clock said `clock_ns` when ours said `now` [s]."""
-        self._dt, self._now = dt, now
-        self._clock_ns = clock_ns
+    def __init__(self, dt: float, clock_ns: int, asked: float) -> None:
+        """The rig ticks every `dt` [s]; asked when our clock said `asked` [s], its own said `clock_ns` afterwards."""
+        self._dt, self._now = dt, asked
+        self._clock_s = 1e-9 * clock_ns
+        self._ahead_s = self._clock_s - asked
+        """Of the rig's clock before ours, as most that it can be."""
         self._tick: int | None = None
 
     def judge(self, rows: np.ndarray, now: float) -> None:
@@ -76,14 +82,15 @@ class Pace:
             raise Unproven("refused: a batch holds no rows")
         if (ticks[1:] - ticks[:-1] != 1).any() or (clock[1:] < clock[:-1]).any():
             raise Unproven(f"refused: ticks or times of a batch are not in order, from tick {int(ticks[0])} on")
-        tick, clock_ns, passed = int(ticks[-1]), int(clock[-1]), now - self._now
+        tick, clock_s, passed = int(ticks[-1]), 1e-9 * int(clock[-1]), now - self._now
+        ahead_s, step_s = clock_s - now, clock_s - self._clock_s
         if self._tick is not None:
-            self._require("tick", (tick - self._tick) * self._dt, passed)
-        self._require("t_ns", (clock_ns - self._clock_ns) * 1e-9, passed)
-        self._tick, self._clock_ns, self._now = tick, clock_ns, now
+            _require("tick", (tick - self._tick) * self._dt, step_s)
+        _require("t_ns", step_s, step_s + self._ahead_s - ahead_s)
+        self._ahead_s = max(ahead_s, self._ahead_s - DRIFT * max(0.0, passed))
+        self._tick, self._clock_s, self._now = tick, clock_s, now
 
-    def _require(self, field: str, step: float, passed: float) -> None:
-        if step > passed + SLACK_S:
-            raise Unproven(
-                f"refused: {field} went {step:.1f} s ahead in {passed:.1f} s, more than {SLACK_S:g} s too far"
-            )
+
+def _require(field: str, step: float, passed: float) -> None:
+    if step > passed + SLACK_S:
+        raise Unproven(f"refused: {field} went {step:.1f} s ahead in {passed:.1f} s, more than {SLACK_S:g} s too far")

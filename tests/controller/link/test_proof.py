@@ -96,6 +96,25 @@ def test_pauses_of_either_end_are_no_jumps(tick: int, t: float, now: float) -> N
     found.judge(rows(tick + 10, t + 0.01), now + 0.01)
 
 
+def test_a_batch_that_we_heard_late_makes_the_next_one_no_forgery() -> None:
+    """Our own process stood still for 2.5 s as it came, and what came meanwhile was dropped on the way."""
+    found = pace()
+    found.judge(rows(10, 1000.01), 52.5)
+    found.judge(rows(2450, 1002.45), 52.501)
+    with pytest.raises(Unproven, match="t_ns went"):  # and nobody gained time by that
+        found.judge(rows(5000, 1005.0), 52.55)
+
+
+def test_clocks_that_drift_apart_for_a_day_are_followed() -> None:
+    found, apart = pace(), 1e-4
+    for minute in range(1, 24 * 60):
+        now = 50.0 + 60.0 * minute
+        rig = 1000.0 + 60.0 * minute * (1.0 - apart)
+        found.judge(rows(int(1e3 * (rig - 1000.0)), rig), now)
+    with pytest.raises(Unproven, match="t_ns went"):
+        found.judge(rows(int(1e3 * (rig - 1000.0)) + 10, rig + SLACK_S + 0.1), now)
+
+
 @pytest.mark.parametrize(
     ("tick", "t", "now", "text"),
     [
