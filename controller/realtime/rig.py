@@ -100,7 +100,10 @@ class RigProcess:
             log.warning("rig %s begins latched: %s (%s) since %s; CLEAR ends it", *fields.values(), extra=fields)
 
     def run(self) -> None:
-        """Start loop and link, pump until the stop, then leave a last row that drives nothing, sent and in the ring."""
+        """Start loop and link, pump until the stop, then leave a last row that drives nothing, sent and in the ring.
+
+        The ring's file goes after an orderly end; whoever has it open reads on. What fails leaves it for who asks why.
+        """
         endpoint = free_port(self.settings.listen)
         session = open_session(key=self._key, listen=endpoint, tls=self.settings.link_tls)
         threads = [threading.Thread(target=self._loop, name="loop")]
@@ -127,6 +130,7 @@ class RigProcess:
             self._latch.look(self.ring.newest())
             self._latch.close()
             session.close()
+        self.ring.path.unlink(missing_ok=True)
 
     def stop(self, cause: Cause) -> None:
         """Let the loop end after its current tick; the first cause stays."""

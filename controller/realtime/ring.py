@@ -1,14 +1,16 @@
 """Telemetry ring in shared memory: one writer that never waits, any number of readers, readable after a crash.
 
+It lies in a folder of this user alone, and none but this user may read or write it.
+
 The file holds HEADER_WORDS words of 8 bytes, then `capacity` rows. Each word of the header has one writer: HEAD,
 LOOP_NS, GRID_NS and STEPPED the loop, PUMP_NS and STOP the main thread, PAUSED and STEPS the link, the BASELINE words
 the baseline thread.
 """
 
-import errno
 import logging
 import os
-import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +20,8 @@ from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
 from controller.realtime.compiled import compiled, fence_acquire, fence_release, load_acquire, store_release
 from controller.schema.layout import layout_hash, record_dtype, require_same_layout
 from controller.schema.messages import Command, Telemetry
-from controller.system.whole_file import is_regular, set_aside
+from controller.system.private_folder import is_private, made_private, private_folders, require_own
+from controller.system.whole_file import is_regular, open_new, open_regular, open_update, set_aside
 
 log = logging.getLogger(__name__)
 
@@ -75,9 +78,8 @@ class Ring:
     def __init__(self, path: Path, *, writable: bool) -> None:
         """Map an existing ring; raises RigUnreachable without one, LayoutMismatch if it is not of our layout."""
         try:
-            if not is_regular(path):
-                raise OSError(errno.ENOENT, "no regular file there", str(path))
-            memory = np.memmap(path, np.int64, "r+" if writable else "r").view(np.ndarray)
+            with open_update(path) if writable else open_regular(path) as file:
+                memory = np.memmap(file, np.int64, "r+" if writable else "r").view(np.ndarray)
         except (OSError, ValueError) as error:
             raise RigUnreachable(f"no telemetry ring at {path}: {error}") from error
         _check(path, memory)
@@ -112,10 +114,14 @@ class Ring:
 
 
 def create_ring(rig: str, boot: int, folder: Path | None = None, capacity: int = CAPACITY) -> Ring:
-    """A new ring file of `rig`, all pages present, moved to its final name; the one before is kept as `.last`."""
+    """A new ring file of `rig`, all pages present, moved to its final name; the one before is kept as `.last`.
+
+    TendrilError where there is no room for it, or what has its name is someone else's.
+    """
     size = 8 * HEADER_WORDS + capacity * ROW.itemsize
-    fresh = _reserve([folder] if folder else ring_folders(), rig, size)
-    header = np.memmap(fresh, np.int64, "r+", shape=(HEADER_WORDS,))
+    fresh = _reserve([folder] if folder else usable_folders(), rig, size)
+    with open_update(fresh) as file:
+        header = np.memmap(file, np.int64, "r+", shape=(HEADER_WORDS,))
     header[LAYOUT_WORD : LAYOUT_WORD + 1].view(np.uint64)[0] = int(layout_hash(Command, Telemetry), 16)
     header[[MAGIC_WORD, BOOT_WORD, CAPACITY_WORD, PROCESS_WORD]] = MAGIC, boot, capacity, os.getpid()
     path = ring_path(rig, fresh.parent)
@@ -130,7 +136,8 @@ def create_ring(rig: str, boot: int, folder: Path | None = None, capacity: int =
 
 def find_ring(rig: str, folder: Path | None = None) -> Ring:
     """The ring of the newest boot of `rig` on this machine, for reading."""
-    found = [path for place in ([folder] if folder else ring_folders()) if (path := ring_path(rig, place)).exists()]
+    places = [folder] if folder else [place for place in private_folders() if is_private(place)]
+    found = [path for place in places if (path := ring_path(rig, place)).exists()]
     if not found:
         raise RigUnreachable(f"no telemetry ring of rig {rig!r} on this machine")
     return Ring(max(found, key=lambda path: path.stat().st_mtime), writable=False)
@@ -138,7 +145,7 @@ def find_ring(rig: str, folder: Path | None = None) -> Ring:
 
 def remove_rings(rig: str, folder: Path | None = None) -> None:
     """Delete the rings of `rig`, its flight recorder included: for a rig that is not to come back."""
-    for place in [folder] if folder else ring_folders():
+    for place in [folder] if folder else filter(is_private, private_folders()):
         for suffix in (".ring", ".last", ".lock"):
             ring_path(rig, place).with_suffix(suffix).unlink(missing_ok=True)
 
@@ -148,29 +155,36 @@ def ring_path(rig: str, folder: Path) -> Path:
     return folder / f"tendril-{rig}.ring"
 
 
-def ring_folders() -> list[Path]:
-    """Places for a ring, best first: shared memory, else the folder of temporary files."""
-    shared = Path("/dev/shm")
-    usable = [shared] if os.access(shared, os.W_OK) else []
-    return [*usable, Path(tempfile.gettempdir())]
+def usable_folders() -> Iterator[Path]:
+    """Places for a ring, best first, each made as it is asked for; TendrilError where one is not ours alone."""
+    for folder in private_folders():
+        try:
+            yield made_private(folder)
+        except OSError as error:
+            log.warning("%s cannot be used: %s", folder, error)
 
 
-def _reserve(folders: list[Path], rig: str, size: int) -> Path:
+def _reserve(folders: Iterable[Path], rig: str, size: int) -> Path:
     """An empty file of `size` bytes in the first folder with room for it: room found missing later would be a crash."""
+    tried = []
     for folder in folders:
         path = ring_path(rig, folder).with_suffix(".new")
-        _make_way(path)
+        if _make_way(path):
+            path.unlink()
         try:
-            with path.open("wb") as file:
+            with open_new(path) as file:
                 os.posix_fallocate(file.fileno(), 0, size)
             return path
         except OSError:
-            path.unlink(missing_ok=True)
-    raise TendrilError(f"no room for {size / 1e6:.0f} MB of telemetry ring in {', '.join(map(str, folders))}")
+            with suppress(OSError):
+                path.unlink()
+        tried.append(str(folder))
+    raise TendrilError(f"no room for {size / 1e6:.0f} MB of telemetry ring in {', '.join(tried)}")
 
 
 def _make_way(path: Path) -> bool:
-    """Whether a file is at `path`; what is none is put aside."""
+    """Whether a file of ours is at `path`; what is none is put aside. TendrilError where it is someone else's."""
+    require_own(path)
     if not is_regular(path) and os.path.lexists(path):
         aside = set_aside(path)
         log.warning("%s is not a regular file%s", path, f": it is {aside} now" if aside else "")

@@ -29,7 +29,7 @@ class RigSettings(Model):
     baseline: bool = False
     """Run a bare thread of the same priority beside the loop and count what it loses."""
     folder: Path | None = None
-    """Where the ring lies; None: shared memory, else the folder of temporary files."""
+    """Where ring and lock lie; None: a private folder, see `controller.system.private_folder`."""
     ready: Path | None = None
     """Written when the loop runs and the link answers: a `RigReady` as JSON."""
     log_format: LogFormat = "text"

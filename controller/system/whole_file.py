@@ -15,7 +15,6 @@ from typing import BinaryIO
 
 PRIVATE = 0o600
 """Mode of a file that is the user's alone."""
-SHARED = 0o644
 READ_MOST = 32 << 20
 """Bytes of a file that is read at once: more than any that we write."""
 _KINDS = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a pipe", stat.S_IFLNK: "a link", stat.S_IFSOCK: "a socket"}
@@ -27,8 +26,10 @@ class NotRegular(OSError):
     """What has the name of a file is something else."""
 
 
-def write_whole(path: Path, content: bytes | str, mode: int = PRIVATE, lasting: bool = True) -> None:
-    """Put `content` (text as UTF-8) at `path` in one step; raises OSError, and then the old file is there, or the new.
+def write_whole(path: Path, content: bytes | str, lasting: bool = True) -> None:
+    """Put `content` (text as UTF-8) at `path` in one step, with the mode PRIVATE.
+
+    Raises OSError, and then the old file is there, or the new.
 
     `lasting`: the file is on the disk before the rename and the rename before the end, so that a power cut leaves the
     old file or the new one, and after the end the new one. That waits for the disk: leave it out only for what no other
@@ -37,7 +38,7 @@ def write_whole(path: Path, content: bytes | str, mode: int = PRIVATE, lasting: 
     data = content.encode() if isinstance(content, str) else content
     draft = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_native_id()}")
     try:
-        _fill(draft, data, mode, lasting)
+        _fill(draft, data, lasting)
         draft.replace(path)
     except OSError:
         with suppress(OSError):
@@ -51,7 +52,7 @@ def write_new(path: Path, content: bytes) -> None:
     """As `write_whole`, lasting and private, but FileExistsError where anything is at `path` already."""
     draft = path.with_name(f"{path.name}.{os.getpid()}-{secrets.token_hex(4)}")
     try:
-        _fill(draft, content, PRIVATE, lasting=True)
+        _fill(draft, content, lasting=True)
         os.link(draft, path)
     finally:
         draft.unlink(missing_ok=True)
@@ -61,6 +62,16 @@ def write_new(path: Path, content: bytes) -> None:
 def open_regular(path: Path) -> BinaryIO:
     """`path` opened to be read; OSError as ever, NotRegular where it is a folder, a pipe, a link or the like."""
     return os.fdopen(_opened(path, os.O_RDONLY), "rb")
+
+
+def open_update(path: Path) -> BinaryIO:
+    """`path` opened to be read and changed in place; errors as of `open_regular`."""
+    return os.fdopen(_opened(path, os.O_RDWR), "r+b")
+
+
+def open_new(path: Path) -> BinaryIO:
+    """The private file `path`, made to be read and changed; FileExistsError where anything is there already."""
+    return os.fdopen(_opened(path, os.O_RDWR | os.O_CREAT | os.O_EXCL), "r+b")
 
 
 def open_append(path: Path) -> BinaryIO:
@@ -118,8 +129,8 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _fill(draft: Path, data: bytes, mode: int, lasting: bool) -> None:
-    with os.fdopen(_opened(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, mode), "wb") as file:
+def _fill(draft: Path, data: bytes, lasting: bool) -> None:
+    with os.fdopen(_opened(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), "wb") as file:
         file.write(data)
         if lasting:
             file.flush()

@@ -15,11 +15,13 @@ from typing import BinaryIO
 from pydantic import ValidationError
 
 from controller.errors import RecordingError
-from controller.system.whole_file import SHARED, open_lock, open_regular, read_whole, write_whole
+from controller.system.whole_file import PRIVATE, open_lock, open_regular, read_whole, write_whole
 from recordings.format.messages import Recording
 
 ID = re.compile(r"[0-9]{8}-[0-9]{6}(-[a-z0-9]{1,40}){0,25}", re.ASCII)
 ID_LENGTH = 100
+FOLDER_MODE = 0o700
+"""Of a folder that is made for recordings: they are the user's alone."""
 TURN = ".sidecars.lock"
 SIDECAR_MAX_BYTES = 1 << 20
 """Bytes of a sidecar; it takes a few thousand."""
@@ -80,7 +82,7 @@ def claim(folder: Path, name: str, started: datetime) -> tuple[str, BinaryIO]:
     for n in range(1, 1000):
         id = base if n == 1 else f"{base}-{n}"
         try:
-            descriptor = os.open(rrd_path(folder, id), os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+            descriptor = os.open(rrd_path(folder, id), os.O_RDWR | os.O_CREAT | os.O_EXCL, PRIVATE)
         except FileExistsError:
             continue
         file = os.fdopen(descriptor, "rb")
@@ -155,7 +157,7 @@ def revise(folder: Path, id: str, change: Callable[[Recording], Recording]) -> R
 
 def _put(folder: Path, recording: Recording) -> None:
     """Replace the sidecar in one step: a reader sees the old or the new one, whole, after a power cut too."""
-    write_whole(path(folder, recording.id), recording.model_dump_json(indent=1), SHARED)
+    write_whole(path(folder, recording.id), recording.model_dump_json(indent=1))
 
 
 def read(folder: Path, id: str) -> Recording:

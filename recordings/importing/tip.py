@@ -38,7 +38,7 @@ def import_tip(folder: Path, name: str, samples: Samples) -> Recording:
     """
     rows = tip_rows(samples)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(sidecar.FOLDER_MODE, parents=True, exist_ok=True)
         check_room(folder)
         return _imported(folder, name, rows)
     except OSError as error:

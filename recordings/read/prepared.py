@@ -6,7 +6,7 @@ A hidden file: the mark of the data it was made from, then the text. It may be d
 from contextlib import suppress
 from pathlib import Path
 
-from controller.system.whole_file import SHARED, read_whole, write_whole
+from controller.system.whole_file import read_whole, write_whole
 
 Mark = tuple[int, int]
 """Size [B] and time of change [ns]."""
@@ -20,7 +20,7 @@ def mark(data: Path) -> Mark:
 
 def keep(data: Path, made_from: Mark, text: bytes) -> None:
     """Keep `text`, in one step."""
-    write_whole(_file(data), _head(made_from) + text, SHARED)
+    write_whole(_file(data), _head(made_from) + text)
 
 
 def kept(data: Path, now: Mark) -> bytes | None:

@@ -42,7 +42,7 @@ class Bin:
 
     def put(self, id: str) -> None:
         """Move a recording in; OSError where the folder takes no change."""
-        self._bin.mkdir(exist_ok=True)
+        self._bin.mkdir(sidecar.FOLDER_MODE, exist_ok=True)
         self._count_from_now(id)
         self._move(id, self._folder, self._bin, (f"{id}.json", f"{id}.rrd"))
 

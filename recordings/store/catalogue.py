@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from controller.errors import RecordingError
 from controller.schema.layout import Model
-from controller.system.whole_file import SHARED, read_whole, write_whole
+from controller.system.whole_file import read_whole, write_whole
 from recordings.format import sidecar
 from recordings.format.messages import Recording
 
@@ -138,7 +138,7 @@ class Catalogue:
     def _save(self, entries: dict[str, Entry]) -> None:
         with contextlib.suppress(OSError):  # a full disk makes the next start slower, no more
             text = ENTRIES.dump_json(entries, exclude_defaults=True)
-            write_whole(self._folder / INDEX, text, SHARED, lasting=False)
+            write_whole(self._folder / INDEX, text, lasting=False)
 
 
 @contextlib.contextmanager

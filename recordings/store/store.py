@@ -9,7 +9,7 @@ from pathlib import Path
 
 from controller.arrays import Values
 from controller.errors import CommandRefused, RecordingError
-from controller.system.whole_file import is_regular, sync_file, sync_folder
+from controller.system.whole_file import PRIVATE, is_regular, sync_file, sync_folder
 from recordings.format import frames, sidecar, tool
 from recordings.format.messages import Recording
 from recordings.read import prepared
@@ -192,7 +192,7 @@ class Store:
         """Where better data for `id`, which is held, may be written."""
         scratch = self._folder / f"{DRAFT}{id}"
         shutil.rmtree(scratch, ignore_errors=True)
-        scratch.mkdir()
+        scratch.mkdir(sidecar.FOLDER_MODE)
         try:
             yield scratch / f"{id}.rrd"
         finally:
@@ -241,6 +241,7 @@ class Store:
             make(path, draft)
             tool.run("rrd", "verify", str(draft), timeout=MEND_MAX_S)
             counted = _count(draft) | {"bytes": draft.stat().st_size}
+            draft.chmod(PRIVATE)
             sync_file(draft)
             draft.replace(path)
             sync_folder(self._folder)

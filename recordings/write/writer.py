@@ -14,6 +14,7 @@ from controller.schema.layout import copied, record_dtype
 from controller.schema.messages import RigInfo, Telemetry
 from controller.schema.parameters import Settings
 from controller.system.thread import SupervisedThread
+from recordings.format import sidecar
 from recordings.format.annotations import Annotation
 from recordings.format.messages import DISK_TIMEOUT_S, SPLIT_BYTES, Bookmark, Recording, RecordingState
 from recordings.write.queue import Job, NoAnswer, RecorderQueue
@@ -218,7 +219,7 @@ class Recorder:
             raise RecordingError(f"recording {self._session.id} is running already")
         rows = self._rows_from_now(context)
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            self._folder.mkdir(sidecar.FOLDER_MODE, parents=True, exist_ok=True)
             self._session = Session(self._folder, name, info, settings, context)
         except (OSError, RecordingError) as error:
             self._queue.drop()

@@ -123,9 +123,10 @@ def test_a_frozen_rig_is_killed_and_started_again(supervisor: Supervisor) -> Non
 
 
 def test_stopping_ends_the_rig_vented(supervisor: Supervisor, tmp_path: Path) -> None:
-    process = supervisor.process
+    process, ring = supervisor.process, find_ring("watched", tmp_path)
     supervisor.stop()
-    last = find_ring("watched", tmp_path).newest()
+    assert not ring.path.exists(), "it goes with the rig, for all who have it not open"
+    last = ring.newest()
     assert last is not None and (last["mode"], last["cause"]) == (Mode.VENTED, Cause.OPERATOR)
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)

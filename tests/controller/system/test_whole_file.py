@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from controller.system.whole_file import (
-    SHARED,
     NotRegular,
     is_regular,
     open_append,
@@ -21,11 +20,9 @@ from controller.system.whole_file import (
 )
 
 
-def test_a_file_is_the_users_alone_unless_it_is_to_be_shared(tmp_path: Path) -> None:
+def test_a_file_is_the_users_alone(tmp_path: Path) -> None:
     write_whole(tmp_path / "secret", "x")
-    write_whole(tmp_path / "shared", b"y", SHARED, lasting=False)
     assert stat.S_IMODE((tmp_path / "secret").stat().st_mode) == 0o600
-    assert stat.S_IMODE((tmp_path / "shared").stat().st_mode) == SHARED & ~_umask()
 
 
 def test_what_lasts_is_on_the_disk_before_it_takes_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -137,9 +134,3 @@ def test_one_of_many_makes_a_new_file_and_the_others_leave_it_alone(tmp_path: Pa
         thread.join()
     assert [*tmp_path.iterdir()] == [tmp_path / "file"]
     assert [(tmp_path / "file").read_text()] == [letter * 1000 for letter in made]
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
