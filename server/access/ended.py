@@ -44,7 +44,7 @@ class EndedSessions:
     def __init__(self, path: Path | None = None) -> None:
         """Of the file `path`; None: remembered by this process alone. One that cannot be used ends every session."""
         self._file = StateFile(path, EndedFile.model_validate_json, "all sign in once more") if path else None
-        self._lock = threading.Lock()
+        self._lock, self._changes, self._on_disk = threading.Lock(), 0, 0
         kept = self._file.read() if self._file else None
         found: dict[Role, EndedOfRole] = {role: getattr(kept or EndedFile(), role) for role in ROLES}
         self._series = {role: found[role].series for role in ROLES}
@@ -64,6 +64,7 @@ class EndedSessions:
 
     def end(self, who: Identity) -> None:
         """End the session `who`."""
+        self._changes += 1
         ids = self._ids[who.role]
         ids[who.id] = None
         if len(ids) > ENDED_MAX:
@@ -71,12 +72,18 @@ class EndedSessions:
 
     def end_all(self, role: Role) -> None:
         """End all sessions that the token of `role` has opened."""
+        self._changes += 1
         self._series[role], self._ids[role] = secrets.token_urlsafe(12), {}
 
     def keep(self) -> None:
         """Put on the disk what has ended; raises OSError where that fails. It may take as long as the disk does."""
         if self._file is None:
             return
+        wanted = self._changes
         with self._lock:
+            if self._on_disk >= wanted:  # by who wrote while this waited
+                return
+            changes = self._changes
             of = {role: EndedOfRole(series=self._series[role], ids=list(self._ids[role])) for role in ROLES}
             self._file.write(EndedFile(**of).model_dump_json())
+            self._on_disk = changes

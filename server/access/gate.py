@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from http.cookies import CookieError
 from ipaddress import IPv6Address
+from urllib.parse import parse_qsl
 
 from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
@@ -22,9 +23,11 @@ from server.settings import ServerSettings, exposed, is_loopback
 
 BODY_MAX = 1 << 20
 """Longest request body that is read [bytes]."""
-COMMAND = "/api/command"
-"""Passes however often it is asked for: E-STOP must. The route itself refuses the other commands."""
-COMMAND_MAX = 4096
+COMMAND, SESSION = "/api/command", "/api/session"
+"""The first passes however often it is asked for: E-STOP must, and the route itself refuses the other commands. By the
+second a right access token must come in: it is looked at before anything is counted.
+"""
+UNCOUNTED_MAX = 4096
 """Longest body there [bytes]: what is not counted must be cheap."""
 _LENGTH = re.compile(r"[0-9]{1,9}")
 _OPEN = re.compile(r"/|/assets/.*|/favicon\.(ico|svg)")
@@ -97,35 +100,31 @@ class Gate:
         if twice := _twice(scope):
             return refusal(400, f"{twice} is given more than once: it cannot be known which one counts")
         headers, method = Headers(scope=scope), _method(scope)
-        ours = method in READING or same_origin(headers)
-        if late := self._late(scope, who if ours else None):  # a foreign page spends nothing of the session's
+        ours, allowed = method in READING or same_origin(headers), self._hosts.allows(headers, _port(scope))
+        client = who.client if who and ours else None  # a foreign page spends nothing of the session's
+        if who is None and allowed and (token := _bearer(scope, headers)) is not None:
+            try:
+                client = f"{self._sessions.require(token, _address(scope))} {_address(scope)}"
+            except (WrongToken, TooManyAttempts) as error:
+                return answer(error)
+        if late := self._late(scope, client):
             return late
-        if not self._hosts.allows(headers, (scope.get("server") or ("", 0))[1]):
+        if not allowed:
             return refusal(421, "this server has another name; --allow-host lets it answer to more")
         if not ours:
             return refusal(403, "the request comes from another origin")
-        closed = who is None and not is_open(scope["path"], method, _address(scope))
-        if closed and (unknown := self._unless_bearer(scope, headers)):
-            return unknown
-        return _too_long(headers, COMMAND_MAX if scope["path"] == COMMAND else BODY_MAX)
+        if client is None and not is_open(scope["path"], method, _address(scope)):
+            return refusal(401, "sign in first")
+        return _too_long(headers, UNCOUNTED_MAX if scope["path"] in (COMMAND, SESSION) else BODY_MAX)
 
-    def _late(self, scope: Scope, who: Identity | None) -> JSONResponse | None:
+    def _late(self, scope: Scope, client: str | None) -> JSONResponse | None:
         """The answer to a request that comes too early. Of a command the route is told so."""
-        late = self._rates.refusal(scope["path"], who.id if who else None, _address(scope), _signs_in(scope))
-        if who is not None and scope["path"] == COMMAND:
+        if _signs_in(scope):
+            return None
+        late = self._rates.refusal(scope["path"], client, _address(scope))
+        if client is not None and scope["path"] == COMMAND:
             scope["state"]["late"], late = late, None
         return answer(late) if late else None
-
-    def _unless_bearer(self, scope: Scope, headers: Headers) -> JSONResponse | None:
-        """A program that cannot sign in may read figures with an access token; nothing else is had by one."""
-        given = headers.get("authorization", "")
-        if scope["path"] != FIGURES or not given.startswith(BEARER):
-            return refusal(401, "sign in first")
-        try:
-            self._sessions.require(given.removeprefix(BEARER), _address(scope))
-        except (WrongToken, TooManyAttempts) as error:
-            return answer(error)
-        return None
 
     def _counted(self, send: Send) -> Send:
         async def counted(message: Message) -> None:
@@ -139,13 +138,13 @@ class Gate:
 def admitted(scope: Scope, sessions: Sessions, hosts: Hosts) -> Identity | None:
     """Who sends a command that the gate lets pass, None where it would not; nothing is counted."""
     headers = Headers(scope=scope)
-    if _twice(scope) or not same_origin(headers) or _too_long(headers, COMMAND_MAX) is not None:
+    if _twice(scope) or not same_origin(headers) or _too_long(headers, UNCOUNTED_MAX) is not None:
         return None
     try:
         who = sessions.read(HTTPConnection(scope).cookies)
     except CookieError:
         return None
-    return who if hosts.allows(headers, (scope.get("server") or ("", 0))[1]) else None
+    return who if hosts.allows(headers, _port(scope)) else None
 
 
 def _too_long(headers: Headers, most: int) -> JSONResponse | None:
@@ -170,8 +169,19 @@ def _method(scope: Scope) -> str:
 def _signs_in(scope: Scope) -> bool:
     """Whether an access token is exchanged for a session, by the form or by the address."""
     if scope["path"] == "/":
-        return b"token=" in scope["query_string"]
-    return bool(scope["path"] == "/api/session") and _method(scope) == "POST"
+        given = parse_qsl(scope["query_string"].decode("latin-1"), keep_blank_values=True)
+        return "token" in dict(given)
+    return bool(scope["path"] == SESSION) and _method(scope) == "POST"
+
+
+def _bearer(scope: Scope, headers: Headers) -> str | None:
+    """The access token of a program that cannot sign in: figures are read by one, and nothing else is."""
+    given = headers.get("authorization", "")
+    return given.removeprefix(BEARER) if scope["path"] == FIGURES and given.startswith(BEARER) else None
+
+
+def _port(scope: Scope) -> int:
+    return int((scope.get("server") or ("", 0))[1] or 0)
 
 
 def _acts(scope: Scope) -> bool:
@@ -182,7 +192,7 @@ def _acts(scope: Scope) -> bool:
 def is_open(path: str, method: str, address: str) -> bool:
     """Whether a request from `address` is answered without a session."""
     if method == "POST":
-        return path == "/api/session"
+        return path == SESSION
     if path == "/healthz":
         return is_loopback(address)
     return method in ("GET", "HEAD") and _OPEN.fullmatch(path) is not None

@@ -8,8 +8,7 @@ import hashlib
 import hmac
 import secrets
 import time
-from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated
 from urllib.parse import urlsplit
 
@@ -19,11 +18,9 @@ from server.access.ended import EndedSessions
 from server.access.tokens import Secrets
 from server.http.errors import ServerError, TryLater
 from server.http.given import given
+from server.http.rates import Rates
 from server.http.who import ROLES, Identity, Role
 
-FAILURES = 5
-"""Wrong tokens that one address may send within `FAILURES_WINDOW_S`."""
-FAILURES_WINDOW_S = 60.0
 COOKIE = "tendril_"
 """Rig and port follow: a browser has one jar for all ports of a host, in which each server must find its own."""
 MAX_AGE = 7 * 24 * 3600
@@ -39,9 +36,11 @@ class WrongToken(ServerError):
 
 
 class TooManyAttempts(TryLater):
-    """One address sent too many wrong tokens."""
+    """One address sent too many wrong tokens, and this is another one."""
 
-    wait = FAILURES_WINDOW_S
+    def __init__(self, address: str, wait: float) -> None:
+        super().__init__(f"too many wrong access tokens from {address}, the last one just now; wait {wait:.0f} s")
+        self.wait = wait
 
 
 def cookie_name(rig: str, port: int) -> str:
@@ -55,15 +54,10 @@ class Sessions:
     """
 
     def __init__(
-        self,
-        kept: Secrets,
-        cookie: str,
-        ended: EndedSessions | None = None,
-        now: Callable[[], float] = time.monotonic,
+        self, kept: Secrets, cookie: str, ended: EndedSessions | None = None, rates: Rates | None = None
     ) -> None:
         """`cookie` is the name of this server's, and good for this one alone."""
-        self._failures: dict[str, list[float]] = defaultdict(list)
-        self._now = now
+        self._rates = rates or Rates()
         self.closed = False
         """The access tokens may have been revoked, and no one can say: no session operates, every one may look on."""
         self.cookie, self._ended = cookie, ended or EndedSessions()
@@ -83,7 +77,7 @@ class Sessions:
         role = "viewer" if self.closed else role
         name = f"{secrets.choice(_COLOURS)} {secrets.choice(_PLANTS)} {secrets.randbelow(90) + 10}"
         id = secrets.token_urlsafe(12)
-        return Identity(id, name, role, self._marks[role], user=id)
+        return Identity(id, name, role, self._marks[role], user=id, budget=self._rates.budget(role, address))
 
     def end(self, who: Identity) -> None:
         """End the session `who`: its cookie, wherever there is a copy, opens nothing any more."""
@@ -99,37 +93,33 @@ class Sessions:
         self._ended.keep()
 
     def require(self, token: str, address: str) -> Role:
-        """Whose access token this is.
+        """Whose access token this is, which a right one is told however many wrong ones came from `address`.
 
-        Raises `WrongToken`, or `TooManyAttempts` after `FAILURES` wrong ones from `address` in a minute.
+        Raises `WrongToken`, or `TooManyAttempts` where that is one too many.
         """
-        recent = [t for t in self._failures[address] if t > self._now() - FAILURES_WINDOW_S]
-        self._failures[address] = recent
-        if len(recent) >= FAILURES:
-            raise TooManyAttempts(f"{FAILURES} wrong tokens from {address}: wait {FAILURES_WINDOW_S:.0f} s")
         role = self._role(token.encode())
-        if role is None:
-            recent.append(self._now())
-            raise WrongToken("wrong access token")
-        self._failures.pop(address)
-        return role
+        if role is not None:
+            return role
+        if wait := self._rates.wrong_token(address):
+            raise TooManyAttempts(address, wait)
+        raise WrongToken("wrong access token")
 
     def seal(self, who: Identity) -> str:
         """The cookie's value."""
-        return str(self._signers[who.role].dumps([who.id, who.name, who.user]))
+        return str(self._signers[who.role].dumps([who.id, who.name, who.user, who.budget]))
 
     def read(self, cookies: Mapping[str, str]) -> Identity | None:
         """Who sent these cookies; None without a valid one."""
         value = cookies.get(self.cookie, "")
         for role in ROLES:
             try:
-                (found, name, user), signed = self._signers[role].loads(value, return_timestamp=True)
+                (found, name, user, budget), signed = self._signers[role].loads(value, return_timestamp=True)
             except (BadSignature, ValueError):
                 continue
             # Signed in the future: a clock that was set back must sign out no one, who may have to press E-STOP.
             if abs(time.time() - signed.timestamp()) <= MAX_AGE and found not in self._ended:
                 shown: Role = "viewer" if self.closed else role
-                return Identity(found, name, shown, self._marks[shown], user)
+                return Identity(found, name, shown, self._marks[shown], user, budget)
         return None
 
     def stands(self, who: Identity) -> bool:

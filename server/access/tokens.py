@@ -38,6 +38,12 @@ class Secrets(Model):
         return self.token if role == "operator" else self.viewer_token
 
 
+GUESSABLE = 12
+"""Characters of a given token below which the log warns: a right one is always let in, so nothing but its length keeps
+it from being guessed.
+"""
+
+
 class Damaged(ParameterError):
     """The file of the tokens holds something else."""
 
@@ -55,6 +61,10 @@ class TokenFile:
 
         Where it cannot be kept they hold for this process alone, and the log says so.
         """
+        for name, token in self._given.items():
+            if len(token) < GUESSABLE:
+                told = f"TENDRIL_{name.upper()} has {len(token)} characters"
+                log.warning("%s: guesses are heard without end, take %d random ones or more", told, GUESSABLE)
         try:
             return self._in_force(self._kept())
         except FileNotFoundError:

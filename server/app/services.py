@@ -118,9 +118,10 @@ class Services:
 
     def _log_and_access(self) -> None:
         file = TokenFile(self.settings)
-        self.secrets = file.made()
+        self.secrets, self.rates, self.refused = file.made(), Rates(self.settings.rate_factor), RefusedCounts()
         ended = EndedSessions(self._state(f"sessions-{self.settings.port}"))
-        self.sessions = Sessions(self.secrets, cookie_name(self.settings.rig, self.settings.port), ended)
+        cookie = cookie_name(self.settings.rig, self.settings.port)
+        self.sessions = Sessions(self.secrets, cookie, ended, self.rates)
         self.lease = OperatorLease(self.scheduler.watchdog.listened, self.settings.control_lapse)
         self.events = EventLog(EventFile(self._state("events", "jsonl"), LogEntry))
         if self.settings.log_format == "json":
@@ -129,7 +130,6 @@ class Services:
         self.tokens = TokenWatch(file, self.sessions, self.secrets, self.lease, self.events)
         audited = EventFile(self._state("audit", "jsonl"), AuditEntry, LARGEST)
         self.audit = Audit(audited, lambda problem: self.events.add(problem, "error"))
-        self.rates, self.refused = Rates(self.settings.rate_factor), RefusedCounts()
 
     def _rig(self, launch_recorder: Callable[[RecorderSettings, bool], None]) -> None:
         settings = self.settings

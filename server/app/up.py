@@ -1,9 +1,12 @@
 """`tendril up`: rig and server as two child processes on this machine, both kept alive, and one address printed."""
 
+import html
 import logging
 import os
 import signal
+import stat
 import subprocess
+import sys
 import tempfile
 import time
 import webbrowser
@@ -24,6 +27,7 @@ from controller.system.child import ChildProcess, launched
 from controller.system.keys import made_key, mended_key
 from controller.system.logs import log_in_background
 from controller.system.scheduler import ErrorGuard
+from controller.system.whole_file import write_whole
 from server.app.listening import listen
 from server.app.ready import ServerReady, UpReady, write_ready
 from server.http.tls import require_certificate
@@ -32,6 +36,8 @@ from server.settings import ServerSettings
 log = logging.getLogger(__name__)
 out = Console()
 
+OPENING = '<!doctype html><title>Tendril</title><meta http-equiv="refresh" content="0;url={url}">\n'
+"""Leads a browser to the address with the token, which on its command line all users of the machine would see."""
 POLL = 0.05
 START_TIMEOUT = 300.0
 """A cold cache compiles for a minute, and both processes share the machine [s]."""
@@ -119,8 +125,9 @@ def run_up(
         key, endpoint = usable_key(server, folder), free_port(rig.listen)
         shared = {"endpoint": endpoint, "key_file": key, "restarts": folder / "actuator.json"}
         child = ServerChild(server.model_copy(update=shared), folder / "server.json")
+        opens = folder / "open.html" if browser else None
         try:
-            _run_rig(rig.model_copy(update={"listen": endpoint, "key_file": key}), parameters, child, browser, ready)
+            _run_rig(rig.model_copy(update={"listen": endpoint, "key_file": key}), parameters, child, opens, ready)
         except KeyboardInterrupt:
             out.print("Stopping ...")
         finally:
@@ -177,7 +184,7 @@ def _run_rig(
     settings: RigSettings,
     parameters: Callable[[], tuple[RigParameters, RigParameters | None]],
     child: ServerChild,
-    browser: bool,
+    opens: Path | None,
     ready: Path | None,
 ) -> None:
     first, fallback = parameters()
@@ -186,7 +193,7 @@ def _run_rig(
     try:
         with out.status("Starting (kernels are compiled once per version, about a minute) ..."):
             page = _wait_for_both(supervisor, child)
-        _announce(page, browser)
+        announce(page, opens)
         if ready:
             processes = {"rig_process": supervisor.process, "server_process": page.process}
             write_ready(ready, UpReady(url=page.url, viewer_url=page.viewer_url, **processes))
@@ -228,13 +235,29 @@ def _require_sound(supervisor: Supervisor) -> None:
         raise TendrilError(supervisor.worker.trouble)
 
 
-def _announce(page: ServerReady, browser: bool) -> None:
-    log.info("ready on %s", page.url.split("/?")[0])
+def announce(page: ServerReady, opens: Path | None) -> None:
+    """Print where the page is, with the access tokens where no one else reads it, and open it by way of `opens`."""
+    bare = page.url.split("/?")[0]
+    log.info("ready on %s", bare)
     text = (
         f"To operate:         [bold]{page.url}[/]\n"
         f"To look (and stop): {page.viewer_url}\n\n"
         "Each address holds an access token (`tendril token`). Ctrl-C stops rig and server."
     )
+    if not seen_by_us_alone(sys.stdout.fileno()):
+        text = (
+            f"[bold]{bare}[/]\n\nOthers may read this, so it holds no access token: `tendril token show` prints them."
+        )
     out.print(Panel(text, title="Tendril"))
-    if browser and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        webbrowser.open(page.url)
+    if opens is not None and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        write_whole(opens, OPENING.format(url=html.escape(page.url)), lasting=False)
+        webbrowser.open(opens.as_uri())
+
+
+def seen_by_us_alone(output: int) -> bool:
+    """Whether what is written to this file descriptor is for the user alone: a terminal, or a file of mode 0600.
+
+    A pipe may end in a journal, or in a file that every user of the machine reads.
+    """
+    about = os.fstat(output)
+    return os.isatty(output) or (stat.S_ISREG(about.st_mode) and not about.st_mode & 0o077)

@@ -2,6 +2,9 @@
 
 A client is a signed-in session, without one an address. Each has a bucket of tokens of every kind: a request takes one,
 and they come back at a rate. What is refused takes none, so a client that waits as long as it is told gets through.
+
+Two things are never refused: an E-STOP, and a right access token, however many wrong ones come from the same address,
+as many people may be behind one. Who comes with the right one again and again shares one session's rates from then on.
 """
 
 import re
@@ -40,7 +43,11 @@ HEAVY = Rate("plans, previews, exports, uploads and figures", 60, 5)
 ANONYMOUS = Rate("requests without a session", 300, 20)
 """A page and its scripts are 30; a lab may be behind one address."""
 SIGN_IN = Rate("sign-ins", 150, 1)
-"""A class of 100 may come in at once; of wrong tokens `auth.FAILURES` a minute are heard."""
+"""Of one role and address; a class of 100 may come in at once. Those beyond share one client's buckets, and no log has
+a line for each.
+"""
+WRONG_TOKEN = Rate("wrong access tokens", 5, 5 / 60)
+"""Of one address; beyond, they are refused as too many."""
 MESSAGE = Rate("messages", 600, 300)
 """On sockets: target at the screen's rate (60 to 144 Hz), presence 20 Hz, the camera of a 3D view at the screen's."""
 FLOOD = Rate("refused messages", 3000, 300)
@@ -100,14 +107,24 @@ class Rates:
     """A bucket of each kind; `factor` multiplies all limits."""
 
     def __init__(self, factor: float = 1.0, now: Callable[[], float] = time.monotonic) -> None:
-        requests, sockets = (SESSION, HEAVY, ANONYMOUS, SIGN_IN), (MESSAGE, FLOOD)
-        self._session, self._heavy, self._stranger, self._sign_in = (Bucket(kind, factor, now) for kind in requests)
+        requests, sockets, tokens = (SESSION, HEAVY, ANONYMOUS), (MESSAGE, FLOOD), (SIGN_IN, WRONG_TOKEN)
+        self._session, self._heavy, self._stranger = (Bucket(kind, factor, now) for kind in requests)
         self._message, self._flood = (Bucket(kind, factor, now) for kind in sockets)
+        self._sign_in, self._wrong = (Bucket(kind, factor, now) for kind in tokens)
         self._told = Bucket(TOLD, 1.0, now)
 
-    def refusal(self, path: str, session: str | None, address: str, signs_in: bool = False) -> TooOften | None:
+    def budget(self, role: str, address: str) -> str:
+        """What a new session of `role` from `address` shares with others, where they are opened too fast; else ""."""
+        of = f"{role} {address}"
+        return f"sessions of {of}" if self._sign_in.wait(of) else ""
+
+    def wrong_token(self, address: str) -> float:
+        """One more from there; the time until another one is heard [s], 0 if this one still was."""
+        return self._wrong.wait(address)
+
+    def refusal(self, path: str, session: str | None, address: str) -> TooOften | None:
         """Why this request must wait, None if it need not; the strictest of its kinds decides."""
-        for bucket, client in self._buckets(path, session, address, signs_in):
+        for bucket, client in self._buckets(path, session, address):
             if wait := bucket.wait(client):
                 return TooOften(bucket.rate, wait)
         return None
@@ -127,10 +144,8 @@ class Rates:
             return Verdict.FLOOD
         return Verdict.DROPPED if self._told.wait(client) else Verdict.REFUSED
 
-    def _buckets(self, path: str, session: str | None, address: str, signs_in: bool) -> list[tuple[Bucket, str]]:
+    def _buckets(self, path: str, session: str | None, address: str) -> list[tuple[Bucket, str]]:
         found = [(self._stranger, address) if session is None else (self._session, session)]
-        if signs_in:
-            found.append((self._sign_in, address))
         if session is not None and _HEAVY.fullmatch(path):
             found.append((self._heavy, session))
         return found

@@ -27,6 +27,14 @@ class Identity:
     user: str = ""
     """Names the browser in what it keeps for itself, over changes of its role too; "": as `id` does."""
 
+    budget: str = ""
+    """Whose share of the rates it uses, of sessions that were opened too fast one after the other; "": its own."""
+
+    @property
+    def client(self) -> str:
+        """By what its requests and messages are counted."""
+        return self.budget or self.id
+
     def is_session(self, other: "Identity | None") -> bool:
         """Whether `other` is this very session: an id counts only with the token that opened it."""
         return other is not None and (self.id, self.opened_by) == (other.id, other.opened_by)

@@ -55,7 +55,7 @@ async def _until(over: asyncio.Event) -> None:
 
 async def _listen(socket: WebSocket, viewer: Viewer, context: SocketContext) -> None:
     while (message := await socket.receive())["type"] != "websocket.disconnect":
-        verdict = context.rates.message(viewer.who.id)
+        verdict = context.rates.message(viewer.who.client)
         if verdict == Verdict.FLOOD:
             return
         if verdict != Verdict.HEARD:

@@ -60,7 +60,7 @@ class SocketHandler:
         """Hear the page until it is gone, or closed because it floods."""
         socket, rates = self._viewer.socket, self._context.rates
         while (message := await socket.receive())["type"] != "websocket.disconnect":
-            match rates.message(self._viewer.who.id):
+            match rates.message(self._viewer.who.client):
                 case Verdict.HEARD:  # an E-STOP was, as it came in
                     self.hear(message.get("text"))
                 case Verdict.DROPPED:

@@ -16,7 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from controller.schema.layout import Model
 from server.http.headers import STARTS
-from server.http.rates import AUDITED, CLIENTS_MAX, STRANGE, Bucket
+from server.http.rates import AUDITED, CLIENTS_MAX, SIGN_IN, STRANGE, Bucket
 from server.http.who import Identity
 from server.log.event_file import EventFile
 from server.log.line_writer import LineWriter
@@ -92,14 +92,14 @@ class Audit:
     ) -> None:
         self.writer = LineWriter(file, "audit log", "the audit log cannot be written")
         self._complain = complain
-        self._known, self._strange = Bucket(AUDITED, now=now), Bucket(STRANGE, now=now)
+        self._known, self._strange, self._entering = (Bucket(rate, now=now) for rate in (AUDITED, STRANGE, SIGN_IN))
         self._left_out: Counter[str] = Counter()
 
     def note(self, asker: Asker, status: int, detail: str = "") -> None:
         """Write what came of it, unless this client fills the file; its next line says how many are not there."""
-        lines, client = (self._known, asker.who.id) if asker.who else (self._strange, asker.address)
-        refused_or_known = status >= 400 or asker.who is not None
-        if refused_or_known and lines.wait(client):
+        client = asker.who.client if asker.who else asker.address
+        lines = self._known if asker.who else self._strange if status >= 400 else self._entering
+        if lines.wait(client):
             return self._leave_out(client)
         more = self._left_out.pop(client, 0)
         self.writer.append(asker.entry(status, f"{detail} (and {more} more since the last line)" if more else detail))

@@ -49,7 +49,7 @@ class Way:
     async def connect(self, browser: WebSocket, who: Identity, session: ViewSession | None) -> None:
         """Pass messages on: downward as they are, upward only what `Drag` lets through."""
         drag = Drag(who, self.context, self.scene)
-        verdict = partial(self.rates.message, f"viser {who.id}")
+        verdict = partial(self.rates.message, f"viser {who.client}")
         protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
         url = f"ws://127.0.0.1:{self.scene.port}/"
         try:

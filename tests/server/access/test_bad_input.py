@@ -6,7 +6,7 @@ from typing import Any
 import httpx
 import pytest
 
-from server.access.gate import BODY_MAX, COMMAND_MAX
+from server.access.gate import BODY_MAX, UNCOUNTED_MAX
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment
 
 UNREADABLE = {
@@ -149,7 +149,8 @@ def test_lists_without_end_are_refused_early_and_briefly(operator: Page) -> None
 
 def test_bodies_have_a_bound_and_a_command_a_small_one(operator: Page) -> None:
     assert str(BODY_MAX) in refused(operator.post("/api/drawings/plan", content=b" " * (BODY_MAX + 1)), 413)
-    assert str(COMMAND_MAX) in refused(operator.post("/api/command", content=b" " * (COMMAND_MAX + 1)), 413)
+    for path in ("/api/command", "/api/session"):
+        assert str(UNCOUNTED_MAX) in refused(operator.post(path, content=b" " * (UNCOUNTED_MAX + 1)), 413)
 
 
 @pytest.mark.parametrize("name", NAMES)

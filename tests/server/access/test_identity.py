@@ -13,9 +13,10 @@ from controller.system.keys import key_path
 from controller.system.whole_file import write_whole
 from server.access import lease as leases
 from server.access.lease import OperatorLease
-from server.access.sessions import FAILURES, MAX_AGE, Sessions, TooManyAttempts, WrongToken, same_origin
+from server.access.sessions import MAX_AGE, Sessions, TooManyAttempts, WrongToken, same_origin
 from server.access.token_watch import CLOSED_AFTER, TokenWatch
 from server.access.tokens import Secrets, TokenFile, load_secrets
+from server.http.rates import SIGN_IN, WRONG_TOKEN, Rates
 from server.http.who import Identity
 from server.log.events import EventLog
 from server.operate.settings import KeptSettings
@@ -32,7 +33,8 @@ class Clock:
 
 
 def sessions(token: str = "right", clock: Clock | None = None) -> Sessions:
-    return Sessions(Secrets(token=token, key="k" * 20), "tendril_rig_1", now=clock or Clock())
+    kept = Secrets(token=token, viewer_token="look", key="k" * 20)
+    return Sessions(kept, "tendril_rig_1", rates=Rates(now=clock or Clock()))
 
 
 def test_cookie_is_read_back_and_a_forged_or_foreign_one_is_not() -> None:
@@ -57,17 +59,32 @@ def test_a_cookie_lapses_after_a_week_but_not_because_the_wall_clock_was_set_bac
         assert ours.read({ours.cookie: sealed}) == found, step
 
 
-def test_guessing_is_stopped_and_forgiven_after_a_minute() -> None:
+def test_wrong_tokens_are_refused_as_too_many_and_a_right_one_from_the_same_address_never_is() -> None:
     clock = Clock()
     ours = sessions(clock=clock)
-    for _ in range(FAILURES):
+    for _ in range(int(WRONG_TOKEN.burst)):
         with pytest.raises(WrongToken):
-            ours.open("wrong", "guesser")
-    with pytest.raises(TooManyAttempts):
-        ours.open("right", "guesser")
-    assert ours.open("right", "someone else")
-    clock.now = 61.0
-    assert ours.open("right", "guesser")
+            ours.open("wrong", "proxy")
+    for _ in range(1000):
+        with pytest.raises(TooManyAttempts) as late:
+            ours.open("wrong", "proxy")
+    assert late.value.wait == pytest.approx(1 / WRONG_TOKEN.per_second)
+    assert (ours.open("right", "proxy").role, ours.require("look", "proxy")) == ("operator", "viewer")
+    with pytest.raises(WrongToken):
+        ours.open("wrong", "someone else")
+    clock.now = late.value.wait + 1e-6
+    with pytest.raises(WrongToken):
+        ours.open("wrong", "proxy")
+
+
+def test_sessions_that_are_opened_without_end_share_one_budget_and_leave_that_of_the_other_role() -> None:
+    ours = sessions()
+    many = [ours.open("look", "proxy") for _ in range(int(SIGN_IN.burst) + 50)]
+    assert len({who.id for who in many}) == len(many)
+    assert len({who.client for who in many}) == SIGN_IN.burst + 1
+    kept = ours.read({ours.cookie: ours.seal(many[-1])})
+    assert kept is not None and kept.client == many[-2].client != kept.id, "a cookie holds it"
+    assert not ours.open("right", "proxy").budget and not ours.open("look", "elsewhere").budget
 
 
 def test_token_is_kept_and_readable_by_the_user_alone(tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ from server.http.rates import (
     MESSAGE,
     POLICY,
     SESSION,
-    SIGN_IN,
     Bucket,
     Rate,
     Rates,
@@ -70,11 +69,11 @@ def test_a_page_that_drags_draws_and_plots_for_an_hour_is_never_refused() -> Non
 
 @pytest.mark.parametrize(
     ("path", "session", "rate"),
-    [("/api/health", "me", SESSION), ("/api/preview", "me", HEAVY), ("/api/session", None, SIGN_IN)],
+    [("/api/health", "me", SESSION), ("/api/preview", "me", HEAVY), ("/favicon.ico", None, ANONYMOUS)],
 )
 def test_each_kind_has_its_own_limit_named_in_the_refusal(path: str, session: str | None, rate: Rate) -> None:
     rates = Rates(now=Clock())
-    found = [rates.refusal(path, session, "10.0.0.1", rate is SIGN_IN) for _ in range(int(rate.burst) + 1)]
+    found = [rates.refusal(path, session, "10.0.0.1") for _ in range(int(rate.burst) + 1)]
     assert found[:-1] == [None] * int(rate.burst)
     assert (rate.what in str(found[-1]), f"{rate.per_second:g} a second" in str(found[-1])) == (True, True)
     assert rates.refusal("/api/health", "someone else", "10.0.0.1") is None
