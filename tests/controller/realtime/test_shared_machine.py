@@ -75,6 +75,22 @@ def test_the_folder_of_the_session_comes_first_where_it_is_private(
     assert private_folders()[0] == everyones / f"tendril-{os.geteuid()}"
 
 
+def test_a_rig_of_one_session_is_locked_for_all_others_of_this_user(
+    everyones: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Begun over ssh, or while nobody was signed in, it may have its ring elsewhere: the actuator is the same."""
+    session, mine = everyones / "session", RigSettings(rig="mine")
+    session.mkdir(0o700)
+    for first, second in ((str(session), ""), ("", str(session))):
+        monkeypatch.setenv("XDG_RUNTIME_DIR", first)
+        with only_one(mine):
+            monkeypatch.setenv("XDG_RUNTIME_DIR", second)
+            with pytest.raises(TendrilError, match="already runs on this machine"), only_one(mine):
+                pass
+            with only_one(RigSettings(rig="other")):
+                pass
+
+
 def test_a_folder_that_others_may_enter_is_refused_by_name_and_mode(everyones: Path) -> None:
     folder = everyones / f"tendril-{os.geteuid()}"
     folder.mkdir()
