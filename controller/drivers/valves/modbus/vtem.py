@@ -22,6 +22,11 @@ WATCHDOG = 46100
 """Takes the CPX terminal's Modbus timeout [ms]."""
 FAIL_SAFE = 4402
 """Function number of the system parameter, bits 0 and 1: 0 resets outputs when communication fails, 1 holds them."""
+UNGUARDED = (
+    "chambers would keep their pressure when the host is lost: look in the device's manual for its register and times "
+    "(docs/modbus.md)"
+)
+"""What follows for a device whose watchdog cannot be set. To go without is no remedy, so it is not offered here."""
 CONTROL, WRITE = 1 << 15, 1 << 13
 """Bits of the interface by which a CPX terminal's parameters are read and written."""
 
@@ -94,11 +99,16 @@ def set_watchdog(wire: Wire, register: int, seconds: float, timeout: float) -> N
     """Have the device reset its outputs after `seconds` without a request; DeviceError if it does not take it."""
     wanted = round(seconds * 1000)
     try:
-        taken = wire.write(register, [wanted], timeout) and wire.read(register, 1, timeout) == [wanted]
+        found = wire.read(register, 1, timeout) if wire.write(register, [wanted], timeout) else None
     except Refused as error:
-        raise DeviceError(f"watchdog register {register}: {error}; watchdog = 0 goes without") from error
-    if not taken:
-        raise DeviceError(f"watchdog register {register} does not take {wanted} ms; watchdog = 0 goes without")
+        raise DeviceError(f"watchdog register {register}: {error}; {UNGUARDED}") from error
+    if found is None:
+        raise DeviceError(
+            f"no answer when its watchdog was set (register {register}) within {timeout:g} s; whether it has one is "
+            "not known: look at the device and its cable, and try again"
+        )
+    if found != [wanted]:
+        raise DeviceError(f"watchdog register {register} keeps {found[0]} ms, not {wanted} ms; {UNGUARDED}")
 
 
 def require_fail_safe(wire: Wire, out: int, into: int, change: bool, timeout: float) -> None:
@@ -137,4 +147,7 @@ def _request(wire: Wire, out: int, into: int, command: int, timeout: float) -> N
         if words and words[0] & CONTROL:
             return
         if time.monotonic() > until:
-            raise DeviceError('the CPX terminal does not tell its fail safe; fail_safe = "ignore" goes without')
+            raise DeviceError(
+                f"the CPX terminal does not tell its fail safe within {timeout:g} s; whether it resets its outputs "
+                "when its host is lost is not known: look at it with Festo's tool (docs/modbus.md)"
+            )

@@ -9,6 +9,7 @@ import pytest
 from controller.drivers.device import DeviceError
 from controller.drivers.valves.modbus.driver import ModbusValves
 from controller.drivers.valves.modbus.registers import words_of
+from controller.drivers.valves.modbus.wire import Wire
 from controller.errors import ParameterError
 from controller.virtual.modbus_server import ModbusPeer
 from tests.controller.drivers.commands import SETPOINTS, Plant, vented, wanted
@@ -171,8 +172,34 @@ def test_a_terminal_that_would_hold_its_outputs_is_refused_or_set(peer: ModbusPe
 
 
 def test_a_watchdog_register_that_is_not_there_is_named(peer: ModbusPeer) -> None:
-    with pytest.raises(DeviceError, match=r"watchdog register 46200: the device has no such register .*watchdog = 0"):
+    with pytest.raises(
+        DeviceError, match=r"watchdog register 46200: the device has no such register .*manual"
+    ) as found:
         valves_at(peer, watchdog_register=46200)
+    assert "watchdog = 0" not in str(found.value)  # a hint that would switch it off
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [({}, r"no answer when its watchdog was set \(register 46100\)"), ({"watchdog": 0.0}, "no answer when asked for")],
+)
+def test_a_terminal_that_hangs_is_not_said_to_have_no_watchdog(
+    peer: ModbusPeer, options: dict[str, float], said: str
+) -> None:
+    peer.freeze()
+    with pytest.raises(DeviceError, match=said) as found:
+        valves_at(peer, connect_time=0.3, **options)
+    assert not any(hint in str(found.value) for hint in ("does not take", "goes without", "watchdog = 0", '"ignore"'))
+
+
+def test_a_watchdog_of_other_times_is_said_with_what_it_keeps(
+    peer: ModbusPeer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stands in for a terminal of coarser steps: the peer's keeps every time."""
+    monkeypatch.setattr(Wire, "read", lambda self, *asked, **more: [600])
+    monkeypatch.setattr(Wire, "write", lambda self, *told, **more: True)
+    with pytest.raises(DeviceError, match="46100 keeps 600 ms, not 500 ms; chambers would keep their pressure"):
+        valves_at(peer, fail_safe="ignore")
 
 
 def test_another_unit_is_refused(peer: ModbusPeer) -> None:
