@@ -28,7 +28,7 @@ def session(page: Page, token: str) -> list[str]:
     page.post("/api/session", json={"token": [token]})
     page.post("/api/session", content=json.dumps({"token": token})[:-1])
     page.get("/metrics", headers={"authorization": f"Bearer {token}"})
-    page.get("/api/rig", headers={"cookie": f"tendril_{RIG}={cookies[0][:-2]}"})
+    page.get("/api/rig", headers={"cookie": f"{next(iter(page.cookies))}={cookies[0][:-2]}"})
     page.operate()
     wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
     page.command("arm")
