@@ -11,12 +11,12 @@ from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from server.access.light import RouteRates
 from server.access.roles import READING
 from server.access.sessions import Sessions, TooManyAttempts, WrongToken, same_origin
 from server.http.answers import RefusedCounts, refusal
 from server.http.headers import STARTS, with_headers
 from server.http.problems import answer
-from server.http.rates import Rates
 from server.http.who import Identity
 from server.log.audit import Asker, Audit, Audited
 from server.settings import ServerSettings, exposed, is_loopback
@@ -69,7 +69,7 @@ class Gate:
     """ASGI middleware. Whatever is not open needs a session, so a new route is closed unless it is opened here."""
 
     def __init__(
-        self, app: ASGIApp, sessions: Sessions, hosts: Hosts, rates: Rates, audit: Audit, refused: RefusedCounts
+        self, app: ASGIApp, sessions: Sessions, hosts: Hosts, rates: RouteRates, audit: Audit, refused: RefusedCounts
     ) -> None:
         self._app, self._sessions, self._hosts = app, sessions, hosts
         self._rates, self._audit, self._refused = rates, audit, refused
@@ -121,7 +121,7 @@ class Gate:
         """The answer to a request that comes too early. Of a command the route is told so."""
         if _signs_in(scope):
             return None
-        late = self._rates.refusal(scope["path"], client, _address(scope))
+        late = self._rates.refusal(scope, client, _address(scope))
         if client is not None and scope["path"] == COMMAND:
             scope["state"]["late"], late = late, None
         return answer(late) if late else None

@@ -30,7 +30,7 @@ async def page(request: Request, sign_in: GivenSignIn, token: str | None = None)
 
 def mount_assets(app: FastAPI) -> None:
     """Serve the front end's scripts and styles, whose names carry a hash of their content."""
-    app.mount("/assets", StaticFiles(directory=STATIC / "assets", check_dir=False))
+    app.mount("/assets", StaticFiles(directory=STATIC / "assets", check_dir=False), "assets")
 
 
 def _shell(status: int = 200) -> Response:

@@ -12,6 +12,7 @@ from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute
 
 from server.access.gate import FIGURES, is_open
+from server.access.light import walk
 from server.access.permit import holder
 from server.access.roles import READING, VIEWERS
 from server.access.sessions import cookie_name
@@ -48,11 +49,7 @@ def _field(name: str) -> Any:
 
 def api_routes(routes: list[BaseRoute]) -> Iterator[APIRoute]:
     """Those of included routers, too."""
-    for route in routes:
-        if isinstance(route, APIRoute):
-            yield route
-        elif inner := getattr(route, "original_router", None):
-            yield from api_routes(inner.routes)
+    return (route for route in walk(routes) if isinstance(route, APIRoute))
 
 
 def security_of(method: str, route: APIRoute) -> Security:

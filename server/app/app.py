@@ -19,6 +19,7 @@ from controller.system.origin import our_version
 from recordings.exporting import export
 from server.access import page, sign_in
 from server.access.gate import Gate, Hosts, admitted
+from server.access.light import RouteRates
 from server.access.roles import authorise
 from server.access.security import schemes, secure
 from server.access.sessions import Sessions
@@ -110,7 +111,7 @@ def create_app(services: Services) -> FastAPI:
         Gate,
         sessions=services.sessions,
         hosts=Hosts(services.settings),
-        rates=services.rates,
+        rates=RouteRates(services.rates, app.routes),
         audit=services.audit,
         refused=services.refused,
     )
@@ -178,6 +179,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
         yield {WHOLE: lane}
     finally:
         services.scheduler.stop()
+        await services.viser_files.close()
         await asyncio.to_thread(services.close)
 
 

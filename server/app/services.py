@@ -68,6 +68,7 @@ from server.runs.results import Results, RunEnded
 from server.runs.runs import Runs
 from server.runs.tracker import Tracker
 from server.scene.scene import Scene
+from server.scene.viser_files import ViserFiles
 from server.settings import ServerSettings
 
 
@@ -191,6 +192,7 @@ class Services:
         self.macros = Macros(acts, self.procedures)
         self.macro_store = MacroStore(UserFiles(state / "macros", "the macro"))
         self.scene = Scene(lambda: self.history.newest, rig.actuator, self.settings.light_scene)
+        self.viser_files = ViserFiles(self.scene.port)
         self.plots, self.layouts = Plots(self.history), Layouts(UserFiles(state / "layouts", "the layout"))
 
     def _rig_made_known(self) -> None:

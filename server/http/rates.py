@@ -7,7 +7,6 @@ Two things are never refused: an E-STOP, and a right access token, however many 
 as many people may be behind one. Who comes with the right one again and again shares one session's rates from then on.
 """
 
-import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -38,8 +37,10 @@ class Rate:
 
 SESSION = Rate("requests", 400, 200)
 """A page that drags, draws and plots makes fewer than 20 a second beside its socket; a script may poll at 100 Hz."""
-HEAVY = Rate("plans, previews, exports, uploads and figures", 60, 5)
-"""Each keeps a core or the disk busy for 10 ms to seconds; a page plans 7 times a second at most, while one draws."""
+HEAVY = Rate("heavy requests", 60, 5)
+"""All but those that `server/access/light.py` names: they may keep a core or the disk busy for 10 ms to seconds. A page
+plans 7 times a second at most, while one draws.
+"""
 ANONYMOUS = Rate("requests without a session", 300, 20)
 """A page and its scripts are 30; a lab may be behind one address."""
 SIGN_IN = Rate("sign-ins", 150, 1)
@@ -60,11 +61,6 @@ AUDITED = Rate("lines of the audit log", 600, 20)
 """What one session does: it fills the file in no less than an hour."""
 STRANGE = Rate("lines of the audit log on strangers", 1, 1 / 60)
 """Refusals of one address: strangers would push everything else out of the file."""
-
-_HEAVY = re.compile(
-    r"/metrics|/api/(preview(/parts)?|history\.csv|drawings/(plan|import(/proposal)?|[^/]+\.csv)"
-    r"|recordings/(import|[^/]+/(exports?|path|metrics)))"
-)
 
 
 class Bucket:
@@ -122,9 +118,12 @@ class Rates:
         """One more from there; the time until another one is heard [s], 0 if this one still was."""
         return self._wrong.wait(address)
 
-    def refusal(self, path: str, session: str | None, address: str) -> TooOften | None:
+    def refusal(self, session: str | None, address: str, light: bool) -> TooOften | None:
         """Why this request must wait, None if it need not; the strictest of its kinds decides."""
-        for bucket, client in self._buckets(path, session, address):
+        buckets = [(self._stranger, address)] if session is None else [(self._session, session)]
+        if session is not None and not light:
+            buckets.append((self._heavy, session))
+        for bucket, client in buckets:
             if wait := bucket.wait(client):
                 return TooOften(bucket.rate, wait)
         return None
@@ -143,9 +142,3 @@ class Rates:
         if self._flood.wait(client):
             return Verdict.FLOOD
         return Verdict.DROPPED if self._told.wait(client) else Verdict.REFUSED
-
-    def _buckets(self, path: str, session: str | None, address: str) -> list[tuple[Bucket, str]]:
-        found = [(self._stranger, address) if session is None else (self._session, session)]
-        if session is not None and _HEAVY.fullmatch(path):
-            found.append((self._heavy, session))
-        return found

@@ -2,8 +2,6 @@
 
 import asyncio
 import contextlib
-import gzip
-import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -19,7 +17,6 @@ from websockets.typing import Subprotocol
 
 from controller.system.tasks import until_one_ends
 from server.access.sessions import Sessions
-from server.http.frames import DRAW_SPARINGLY, TELL_ESCAPE, TELL_MOVED, TELL_TOUCHED
 from server.http.given import given
 from server.http.rates import POLICY, Rates, Verdict
 from server.http.who import Identity, Me
@@ -28,13 +25,9 @@ from server.scene.drag import Drag
 from server.scene.messages import Scheme, SeatId, View
 from server.scene.scene import GivenScene, Scene
 from server.scene.view_session import ViewSession
+from server.scene.viser_files import GivenViserFiles
 
 router = APIRouter(include_in_schema=False)
-
-HIDE = b"""<style>
-[data-floating-window], .mantine-Notifications-root, .mantine-Paper-root[style*=fixed] { display: none !important }
-</style>"""
-"""Viser offers no way to hide its panel (another one in a narrow frame) and its notices."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +66,13 @@ GivenWay = Annotated[Way, given(Way)]
 
 @router.get("/viser/seat/{id}/")
 async def seat_page(
-    request: Request, scene: GivenScene, who: Me, id: SeatId, view: View | None = None, scheme: Scheme | None = None
+    request: Request,
+    scene: GivenScene,
+    files: GivenViserFiles,
+    who: Me,
+    id: SeatId,
+    view: View | None = None,
+    scheme: Scheme | None = None,
 ) -> Response:
     """Viser's page in a view session of its own; `view` and `scheme` choose camera and ground."""
     session = scene.view_session(id, who)
@@ -81,30 +80,23 @@ async def seat_page(
         session.look(scheme, view)
     if view is not None:
         return RedirectResponse(f"/viser/seat/{id}/?{scene.camera(view).query}", 307)
-    return await page(request, scene)
+    return await viser_file(request, files)
 
 
 @router.get("/viser")
 @router.get("/viser/{path:path}")
-async def page(request: Request, scene: GivenScene, path: str = "") -> Response:
+async def viser_file(request: Request, files: GivenViserFiles, path: str = "") -> Response:
     """Viser's page and files."""
-    async with httpx.AsyncClient(trust_env=False) as client:
-        try:
-            upstream = await client.get(
-                f"http://127.0.0.1:{scene.port}/{path}", headers={"accept-encoding": "identity"}
-            )
-        except httpx.InvalidURL:
-            return Response(status_code=404)
-        except httpx.HTTPError as error:
-            return PlainTextResponse(f"The 3D view does not answer: {error}", 502)
-    ours = HIDE + DRAW_SPARINGLY + TELL_ESCAPE + TELL_MOVED + TELL_TOUCHED
-    body = upstream.content.replace(b"</head>", ours + b"</head>", 1)
-    tag = f'"{hashlib.sha256(body).hexdigest()[:16]}"'
-    if request.headers.get("if-none-match") == tag:
-        return Response(status_code=304, headers={"etag": tag})
-    body = await asyncio.to_thread(gzip.compress, body, 5)
-    headers = {"content-encoding": "gzip", "etag": tag, "cache-control": "no-cache"}
-    return Response(body, upstream.status_code, headers, upstream.headers.get("content-type"))
+    try:
+        file = await files.file(path)
+    except httpx.InvalidURL:
+        return Response(status_code=404)
+    except httpx.HTTPError as error:
+        return PlainTextResponse(f"The 3D view does not answer: {error}", 502)
+    if request.headers.get("if-none-match") == file.tag:
+        return Response(status_code=304, headers={"etag": file.tag})
+    headers = {"content-encoding": "gzip", "etag": file.tag, "cache-control": "no-cache"}
+    return Response(file.body, file.status, headers, file.media or None)
 
 
 @router.websocket("/viser/seat/{id}")
@@ -115,7 +107,7 @@ async def seat_socket(browser: WebSocket, way: GivenWay, who: Me, id: SeatId) ->
 
 @router.websocket("/viser")
 @router.websocket("/viser/{path:path}")
-async def socket(browser: WebSocket, way: GivenWay, who: Me) -> None:
+async def viser_socket(browser: WebSocket, way: GivenWay, who: Me) -> None:
     """Viser's socket of a page without a view session: it sees the live scene as all do."""
     await way.connect(browser, who, None)
 

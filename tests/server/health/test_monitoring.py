@@ -8,6 +8,7 @@ from prometheus_client import Metric
 from prometheus_client.parser import text_string_to_metric_families
 
 from server.access.gate import Gate, Hosts
+from server.access.light import RouteRates
 from server.health import healthz
 from server.http.rates import WRONG_TOKEN
 from tests.server.live_server import TOKEN, TestServer, wait_for
@@ -32,7 +33,8 @@ def test_anyone_on_this_machine_may_ask_whether_all_is_well(server: TestServer) 
 
 async def test_nobody_elsewhere_may(server: TestServer) -> None:
     parts = server.services
-    gate = Gate(server.app, parts.sessions, Hosts(parts.settings), parts.rates, parts.audit, parts.refused)
+    rates = RouteRates(parts.rates, server.app.routes)
+    gate = Gate(server.app, parts.sessions, Hosts(parts.settings), rates, parts.audit, parts.refused)
     for host, status in (("192.0.2.7", 401), ("2001:db8::1", 401), ("", 401), ("127.0.0.2", 200), ("::1", 200)):
         strange = httpx.ASGITransport(gate, client=(host, 1234))
         async with httpx.AsyncClient(transport=strange, base_url=server.url) as client:

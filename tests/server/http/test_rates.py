@@ -61,22 +61,21 @@ def test_a_page_that_drags_draws_and_plots_for_an_hour_is_never_refused() -> Non
     rates = Rates(now=clock)
     for tick in range(3600 * 6):
         clock.t += 1 / 6
-        paths = ["/api/drawings/plan"] * (tick % 2) + ["/api/settings", "/api/recordings", "/api/health/loop"]
-        assert [rates.refusal(path, "page", "10.0.0.1") for path in paths] == [None] * len(paths)
+        asked = [False] * (tick % 2) + [True] * 3  # a plan every third of a second, and what is light
+        assert [rates.refusal("page", "10.0.0.1", light) for light in asked] == [None] * len(asked)
         verdicts = [rates.message("page") for _ in range((144 + 20 + 1) // 6)]
         assert verdicts == [Verdict.HEARD] * len(verdicts)
 
 
 @pytest.mark.parametrize(
-    ("path", "session", "rate"),
-    [("/api/health", "me", SESSION), ("/api/preview", "me", HEAVY), ("/favicon.ico", None, ANONYMOUS)],
+    ("light", "session", "rate"), [(True, "me", SESSION), (False, "me", HEAVY), (False, None, ANONYMOUS)]
 )
-def test_each_kind_has_its_own_limit_named_in_the_refusal(path: str, session: str | None, rate: Rate) -> None:
+def test_each_kind_has_its_own_limit_named_in_the_refusal(light: bool, session: str | None, rate: Rate) -> None:
     rates = Rates(now=Clock())
-    found = [rates.refusal(path, session, "10.0.0.1") for _ in range(int(rate.burst) + 1)]
+    found = [rates.refusal(session, "10.0.0.1", light) for _ in range(int(rate.burst) + 1)]
     assert found[:-1] == [None] * int(rate.burst)
     assert (rate.what in str(found[-1]), f"{rate.per_second:g} a second" in str(found[-1])) == (True, True)
-    assert rates.refusal("/api/health", "someone else", "10.0.0.1") is None
+    assert rates.refusal("someone else", "10.0.0.1", True) is None
 
 
 def test_messages_beyond_the_rate_are_dropped_told_once_a_second_and_a_flood_ends() -> None:
@@ -137,7 +136,7 @@ def test_refusals_do_not_push_out_what_happened(server: TestServer, monkeypatch:
     monkeypatch.setattr(server.services.events._lines, "_now", lambda: now)  # no token comes back, however slow it is
     before = len(server.services.events.recent)
     for _ in range(200):
-        assert page.put("/api/gains/x").status_code == 403
+        assert page.patch("/api/lease", json={"clutch": True}).status_code == 403
     lines = [event.text for event in server.services.events.recent][before:]
     assert len(lines) < 100
     assert any("more is refused than is written here" in line for line in lines)
