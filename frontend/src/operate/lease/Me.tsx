@@ -53,8 +53,7 @@ function SignOut() {
       data-testid="sign-out"
       onClick={() => void operations.attempt("Not signed out", () => connection.logout())}
     >
-      Sign out
-      {mine ? <span className="note profile-meaning">You give control back; a motion is held</span> : null}
+      {mine ? "Sign out, and give control back" : "Sign out"}
     </Menu.Item>
   );
 }
