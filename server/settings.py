@@ -56,6 +56,10 @@ class ServerSettings(BaseSettings):
     """File in which `tendril up` looks for another actuator to start its rig with; None: the rig is not its own."""
     rig_file: Path | None = None
     """The rig file with which `tendril up` started the rig; None: it was started without one."""
+    allow_reach: str = ""
+    """Devices, hosts and files that the page may put into the rig file beside those that it names; commas between them,
+    and * for anything.
+    """
     viewers_max: Annotated[int, Bounds(ge=1, le=10_000)] = 200
     """Pages with a live socket at the same time; the next one is refused, unless its session operates."""
     control_lapse: Annotated[float, Bounds(ge=2.0, le=60.0)] = 5.0

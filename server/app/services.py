@@ -23,6 +23,7 @@ from server.hardware.commissioning.store import CommissionedFile, CommissioningS
 from server.hardware.first_mode.measurement import FirstModeMeasurement, Parts
 from server.hardware.first_mode.store import FirstModes, modes_file
 from server.hardware.outcomes import OUTCOME_S, Change, OutcomeWatch
+from server.hardware.places import AllowedPlaces
 from server.hardware.rig_file import RigFileKeeper
 from server.health.alarms import JUDGED_S, Alarms, AlarmWatch
 from server.health.loop_health import LoopWatch
@@ -202,10 +203,11 @@ class Services:
         self.modes = FirstModes(modes_file(settings.state, settings.rig))
         self.first_mode = FirstModeMeasurement(Parts(self.procedures, self.planner, self.modes))
         change = Change(rig, self.outcomes, self.recorder, operator, self.events, settings)
+        self.allowed_places = AllowedPlaces(settings.allow_reach)
         data = data_folder(settings.state, settings.rig)
         self.commissioning = Commissioning(
             StepContext(self.procedures, self.steps, self.planner, rig.drivers, data, self.modes),
-            CommissionedFile(RigFileKeeper(self.planner, change)),
+            CommissionedFile(RigFileKeeper(self.planner, change, self.allowed_places)),
         )
 
     def _health_and_news(self) -> None:

@@ -6,13 +6,14 @@ from typing import Annotated
 
 from controller.errors import CommandRefused, ParameterError
 from controller.schema.parameters import RigParameters, Settings
-from controller.schema.rig_file import parse_rig_file, write_rig_file
+from controller.schema.rig_file import parse_rig_file, read_rig_file, write_rig_file
 from controller.system.whole_file import read_whole
 from server.access.permit import Permit
 from server.hardware import restart_files
 from server.hardware.actuator import described
 from server.hardware.messages import RigFileState
 from server.hardware.outcomes import Change
+from server.hardware.places import AllowedPlaces, places
 from server.http.given import given
 from server.rig.planner import Planner
 
@@ -26,12 +27,21 @@ def accepted(text: str, path: Path, in_force: Settings) -> RigParameters:
     return accepted_rig(parse_rig_file(text, path.name), path.parent, in_force)
 
 
+def named_now(path: Path) -> dict[str, str]:
+    """The places that the file at `path` names; none where it is none."""
+    try:
+        return places(read_rig_file(path))
+    except ParameterError:
+        return {}
+
+
 @dataclass(frozen=True)
 class RigFileKeeper:
     """Reads and writes the file; the rig is restarted with what was written."""
 
     planner: Planner
     change: Change
+    allowed: AllowedPlaces
 
     def state(self) -> RigFileState:
         """What lies there now."""
@@ -53,7 +63,7 @@ class RigFileKeeper:
         """Put `text` in the file's place and start the rig with it.
 
         Raises CommandRefused unless the rig is VENTED, ours, and nothing is recorded; ParameterError naming field,
-        value and bound.
+        value and bound, also where it names a place that it may not.
         """
         path = self._path()
         self.change.require_rest()
@@ -62,6 +72,8 @@ class RigFileKeeper:
             raise ParameterError(
                 f"name = {found.name}: this server has rig {self.change.settings.rig}; it cannot change here"
             )
+        self.allowed.learn((await self.planner.do(named_now, path)).values())
+        self.allowed.require(await self.planner.do(places, found))
         wanted = await self.planner.do(accepted, text, path, self.change.operator.settings)
         self.change.require_rest()
         permit.require()
