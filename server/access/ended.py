@@ -49,14 +49,13 @@ class EndedSessions:
         found: dict[Role, EndedOfRole] = {role: getattr(kept or EndedFile(), role) for role in ROLES}
         self._series = {role: found[role].series for role in ROLES}
         self._ids = {role: dict.fromkeys(found[role].ids) for role in ROLES}
+        self.ids = {id for ids in self._ids.values() for id in ids}
+        """Of all that ended one by one; looked at with every command, so it is a set and no question."""
         if path and kept is None and os.path.lexists(path):
             for role in ROLES:
                 self.end_all(role)
             with suppress(OSError):
                 self.keep()
-
-    def __contains__(self, id: str) -> bool:
-        return any(id in ids for ids in self._ids.values())
 
     def series(self, role: Role) -> str:
         """What must be part of the key that signs the cookies of `role`."""
@@ -67,12 +66,16 @@ class EndedSessions:
         self._changes += 1
         ids = self._ids[who.role]
         ids[who.id] = None
+        self.ids.add(who.id)
         if len(ids) > ENDED_MAX:
-            del ids[next(iter(ids))]
+            oldest = next(iter(ids))
+            del ids[oldest]
+            self.ids.discard(oldest)
 
     def end_all(self, role: Role) -> None:
         """End all sessions that the token of `role` has opened."""
         self._changes += 1
+        self.ids -= self._ids[role].keys()
         self._series[role], self._ids[role] = secrets.token_urlsafe(12), {}
 
     def keep(self) -> None:

@@ -117,7 +117,7 @@ class Sessions:
             except (BadSignature, ValueError):
                 continue
             # Signed in the future: a clock that was set back must sign out no one, who may have to press E-STOP.
-            if abs(time.time() - signed.timestamp()) <= MAX_AGE and found not in self._ended:
+            if abs(time.time() - signed.timestamp()) <= MAX_AGE and found not in self._ended.ids:
                 shown: Role = "viewer" if self.closed else role
                 return Identity(found, name, shown, self._marks[shown], user, budget)
         return None
@@ -125,7 +125,7 @@ class Sessions:
     def stands(self, who: Identity) -> bool:
         """Whether `who`'s session is not over, and the token that opened it still in force."""
         in_force = self._marks[who.role] == who.opened_by and not (self.closed and who.role == "operator")
-        return in_force and who.id not in self._ended
+        return in_force and who.id not in self._ended.ids
 
     async def ended(self, who: Identity) -> None:
         """Returns once `who`'s session stands no more: for sockets, which show their cookie only once."""

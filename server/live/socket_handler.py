@@ -49,7 +49,7 @@ class SocketHandler:
     """What one page says, answered through its viewer's outbox."""
 
     def __init__(self, viewer: Viewer, context: SocketContext) -> None:
-        self._viewer, self._context = viewer, context
+        self._viewer, self._client, self._context = viewer, viewer.who.client, context
         self._events, self._target = context.control.events, TargetControl(viewer.who, context.control)
         self._written = ""
         self._variables = contextvars.copy_context()
@@ -60,7 +60,7 @@ class SocketHandler:
         """Hear the page until it is gone, or closed because it floods."""
         socket, rates = self._viewer.socket, self._context.rates
         while (message := await socket.receive())["type"] != "websocket.disconnect":
-            match rates.message(self._viewer.who.client):
+            match rates.message(self._client):
                 case Verdict.HEARD:  # an E-STOP was, as it came in
                     self.hear(message.get("text"))
                 case Verdict.DROPPED:

@@ -117,8 +117,8 @@ def test_a_viewer_signs_no_one_out_though_it_was_handed_the_lease(server: TestSe
     operator, viewer = server.operator(), server.page().sign_in(VIEWER_TOKEN)
     with viewer.live() as theirs:
         theirs.wait("hello")
-        [tag] = [one.tag for one in server.services.pages.present()]
-        assert operator.post("/api/lease/hand-over", json={"tag": tag}).status_code == 200
+        [who] = wait_for(server.services.pages.present, "the viewer's page")
+        assert operator.post("/api/lease/hand-over", json={"tag": who.tag}).status_code == 200
         for role in ("operator", "viewer"):
             assert viewer.delete(f"/api/sessions/{role}").status_code == 403
         assert viewer.delete("/api/sessions/all").status_code == 422
