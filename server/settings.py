@@ -48,8 +48,8 @@ class ServerSettings(BaseSettings):
     """A FAULT or E-STOP under pressure is recorded by itself, with the 10 s before and after it."""
     recording_split: Annotated[int, Bounds(ge=1_000_000)] = SPLIT_BYTES
     """Bytes at which a recording goes on in another file."""
-    disk_patience: Annotated[float, Bounds(ge=1.0, le=30.0)] = DISK_TIMEOUT_S
-    """A disk that takes nothing for so long ends the recording [s]; the rig's ring and this server hold longer."""
+    disk_patience: Annotated[float, Bounds(ge=1.0, le=600.0)] = DISK_TIMEOUT_S
+    """A disk that takes nothing for so long ends the recording [s]; until then the recorder's memory holds the rows."""
     recordings_quota: Annotated[int, Bounds(ge=0)] | None = None
     """Bytes of all recordings; the oldest ones go first. None: 50 GB, or 80 % of a smaller disk."""
     restarts: Path | None = None

@@ -8,9 +8,8 @@ from pydantic import Field as Bounds
 from controller.schema.layout import Model
 from controller.schema.parameters import Settings
 
-DISK_TIMEOUT_S = 10.0
-"""A disk that takes nothing for so long ends the recording [s]. Memory holds a minute of rows, and a disk that has to
-spin up takes 5 to 8 s."""
+DISK_TIMEOUT_S = 600.0
+"""A disk that takes nothing for so long ends the recording [s]: memory holds the rows of that time."""
 SPLIT_BYTES = 1_000_000_000
 """Size at which a recording goes on in another file."""
 
@@ -52,7 +51,9 @@ class RecordingState(Model):
     gaps: int
     """Ticks that are missing between the rows given: 0 when nothing was lost."""
     problem: str = ""
-    """Why none may begin, or why the last one ended by itself (a full disk, ...); "" where nothing is wrong."""
+    """What is wrong, "" for nothing: why rows wait in memory, why none may begin, or why the last one ended by itself
+    (a full disk, ...).
+    """
     origin: float = 0.0
     """The rig's clock at its first row [s]."""
     bookmarks: tuple[Bookmark, ...] = ()

@@ -15,8 +15,10 @@ from controller.errors import RecordingError
 
 PRE_TRIGGER_ROWS = 10_000
 """Rows in memory: 10 s at 1 kHz, some 10 MB."""
-QUEUE_BATCHES = 6000
-"""A minute and a half of batches at 60 Hz. A recording whose queue is full has lost rows, and ends."""
+QUEUE_BATCHES = 36_000
+"""Ten minutes of batches at 60 Hz, 570 MB at 1 kHz. A recording whose queue is full has lost rows, and ends."""
+BEHIND_BATCHES = 120
+"""Two seconds of them: with more in the queue the disk is still to catch up."""
 QUEUE_JOBS = 500
 """Lines of the log and the like that may wait; what comes beyond them is left out, and counted."""
 
@@ -83,6 +85,11 @@ class RecorderQueue:
                 self._queue.put(rows)
             else:
                 self.is_open, self.full = False, True
+
+    @property
+    def behind(self) -> bool:
+        """Whether what waits is more than a moment's."""
+        return self._queue.qsize() > BEHIND_BATCHES
 
     def open(self, after: int) -> list[Rows]:
         """Queue all that comes from now on; the batches in memory after the tick `after` are what came before it."""

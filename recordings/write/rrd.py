@@ -26,7 +26,6 @@ from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, MODE
 from recordings.format.tool import release_streams
 from recordings.write.syncing import ABANDON_TIMEOUT
 
-FLUSH_TIMEOUT = 5.0
 BATCH = 1000
 """Rows in one batch of columns, where all are known already."""
 MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
@@ -80,9 +79,9 @@ class RrdFile:
                 self._stream.send_columns(BOOKMARKS, self._times(at), line)
 
     def flush(self) -> None:
-        """Hand everything to the operating system; raises `RecordingError` when the file takes no more."""
+        """Hand everything to the operating system, however long it takes; `RecordingError` when it takes no more."""
         try:
-            self._stream.flush(timeout_sec=FLUSH_TIMEOUT)
+            self._stream.flush()
         except RuntimeError as error:
             raise RecordingError(f"the recording cannot be written any further (disk full?): {error}") from error
 

@@ -11,12 +11,10 @@ from controller.errors import RecordingError
 from controller.system.thread import SupervisedThread
 from controller.system.whole_file import open_regular
 from recordings.format import sidecar
-from recordings.format.messages import Recording
+from recordings.format.messages import DISK_TIMEOUT_S, Recording
 
 SYNC_S = 0.5
 """Between two times that the data go to the disk [s]; with the batch that is not yet written, a loss below 1 s."""
-LAST_TIMEOUT = 30.0
-"""Longest wait for the last time [s]: a disk that takes longer is taken for dead."""
 ABANDON_TIMEOUT = 2.0
 """Longest wait for the end of a file that failed [s]."""
 
@@ -57,7 +55,7 @@ class Syncer:
         self._description = recording
         self._require_disk()
 
-    def end(self, timeout: float = LAST_TIMEOUT) -> None:
+    def end(self, timeout: float = DISK_TIMEOUT_S) -> None:
         """Put all that was written on the disk, a last time; RecordingError where that fails."""
         self._description = None  # what is said at the end is written by the one who ends it
         if not self._thread.started:

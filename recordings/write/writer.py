@@ -27,8 +27,10 @@ BATCH_SECONDS = 0.13
 POLL_SECONDS = 0.05
 PAUSED = 1.0
 """Looks that are further apart tell that this process stood still [s]."""
+SLOW_S = 3.0
+"""A disk that takes nothing for so long is told [s]."""
 ANSWER = 40.0
-"""Longest wait for a recording to begin or to end [s], which puts all of it on the disk (`syncing.LAST_TIMEOUT`)."""
+"""Longest wait for a recording to begin or to end [s]. The end puts all of it on the disk, which may take longer."""
 LAST = 10.0
 """The same when the server ends [s]; its parent kills it after 20."""
 PLAIN = Context()
@@ -54,7 +56,7 @@ class Recorder:
         `patience` [s] is had with a disk that takes nothing; see `look`.
         """
         self._looked = self._awake = time.monotonic()
-        self._patience, self._given_up = patience, ""
+        self._patience, self._given_up, self._waits = patience, "", ""
         self._ending = self._overdue = False
         """Whether the recording is to end, and whether who asked for that waits no more."""
         self._split_bytes, self._ended = split, ended
@@ -121,25 +123,28 @@ class Recorder:
             raise
 
     def look(self) -> None:
-        """To be called now and then, from any thread: a disk that hangs ends the recording, here and now.
+        """To be called now and then, from any thread: rows wait in memory for a disk that hangs, which `state` tells.
 
-        The recorder's own thread hangs with the disk; it closes what can be closed when it comes back.
+        One that takes nothing for longer than the patience ends the recording, here and now. The recorder's own thread
+        hangs with the disk; it closes what can be closed when it comes back.
         """
         now, before = time.monotonic(), self._looked
         self._looked = now
         if now - before > PAUSED:  # it was us who stood still, not the disk
             self._awake = now
-        session = self._session
+        waited = self._waited(now)
+        self._waits = self._slow() if waited > SLOW_S or (self._waits and self._queue.behind) else ""
         if not self._state.recording or self._given_up or (self._ending and not self._overdue):
             return
         if self._queue.full:
-            self._give_up("the disk is too slow: a minute of rows waits for it")
-        elif min(now - self._awake, max(self.worker.stuck, session.waiting if session else 0.0)) > self._patience:
+            self._give_up("the disk is too slow: ten minutes of rows wait for it")
+        elif waited > self._patience:
             self._give_up(f"the disk has taken nothing for {self._patience:g} s")
 
     def state(self) -> RecordingState:
-        """What the recorder does now; `problem` says why the last recording ended by itself."""
-        return self._state
+        """What the recorder does now; `problem` says why rows wait, or why the last recording ended by itself."""
+        state, waits = self._state, self._waits
+        return state.model_copy(update={"problem": waits}) if waits and state.recording else state
 
     @property
     def running(self) -> Recording | None:
@@ -151,6 +156,14 @@ class Recorder:
         self._queue.is_open = False
         self._queue.end()
         self.worker.stop(LAST)
+
+    def _waited(self, now: float) -> float:
+        """For how long the disk has taken nothing [s]; what passed while this process stood still does not count."""
+        session = self._session
+        return min(now - self._awake, max(self.worker.stuck, session.waiting if session else 0.0))
+
+    def _slow(self) -> str:
+        return f"the disk took nothing for {SLOW_S:g} s: rows wait in memory, for {self._patience:g} s at most"
 
     def _give_up(self, why: str) -> None:
         self._given_up = f"{ENDED}: {why}"

@@ -60,8 +60,6 @@ QUIET_SECONDS = 2.0
 NAP = 0.05
 DEVICES_READY_S = 10.0
 """Longest wait for devices that were plugged in again [s]."""
-DISK_TIMEOUT_S = 2.0
-"""Of the campaign's servers with a disk that takes nothing [s]: others have 10 s."""
 
 
 class Kind(NamedTuple):
@@ -101,7 +99,6 @@ class Scene:
             rate_factor=rate_factor,
             record_faults=False,
             link_tls=self.tls,
-            disk_patience=DISK_TIMEOUT_S,
         )
         self.key = settings.key
         self.virtual = _virtual(kind.wires, folder, self._log) if kind.wires else None

@@ -111,8 +111,8 @@ FAULTS = (
     ),
     Fault(
         "disk-hung",
-        "recording and log files take nothing for 5 s; the campaign's servers are patient with a disk for 2 s",
-        "the recording ends, log and page say why; the rig goes on tracking, an E-STOP works",
+        "recording and log files take nothing for 8 s",
+        "log and page say so; the rig goes on tracking, an E-STOP works; the recording catches up, no tick is missing",
         4500.0,
     ),
     Fault(

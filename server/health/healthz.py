@@ -38,7 +38,7 @@ class Healthz(Model):
     rig: Check
     """It is heard, and takes our commands."""
     recorder: Check
-    """Its thread lives, a recording may begin, and the last one did not end by itself."""
+    """Its thread lives, the disk keeps up, a recording may begin, and the last one did not end by itself."""
     disk: Check
     """A recording could begin."""
 
@@ -87,7 +87,8 @@ def _recorder(probed: Probed) -> Check:
     if not probed.recorder.worker.alive:
         return Check(ok=False, detail="its thread has ended")
     return _check(
-        not probed.recorder.state().problem, "none may begin, or the last recording ended by itself; the log says why"
+        not probed.recorder.state().problem,
+        "a recording waits for the disk, may not begin, or ended by itself; the log says why",
     )
 
 

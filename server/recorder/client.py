@@ -281,7 +281,9 @@ class RecorderWatch:
 
     def look(self) -> None:
         """Look once."""
-        problem = self._recorder.state().problem
-        if problem and problem != self._told:
-            self._events.add(problem, "error")
-        self._told = problem
+        state = self._recorder.state()
+        if state.problem and state.problem != self._told:
+            self._events.add(state.problem, "warning" if state.recording else "error")
+        elif self._told and state.recording and not state.problem:
+            self._events.add(f"recording {state.id} has caught up: nothing waits for the disk")
+        self._told = state.problem

@@ -3211,7 +3211,7 @@ export interface components {
       threads: components["schemas"]["Check"];
       /** @description It is heard, and takes our commands. */
       rig: components["schemas"]["Check"];
-      /** @description Its thread lives, a recording may begin, and the last one did not end by itself. */
+      /** @description Its thread lives, the disk keeps up, a recording may begin, and the last one did not end by itself. */
       recorder: components["schemas"]["Check"];
       /** @description A recording could begin. */
       disk: components["schemas"]["Check"];
@@ -4720,7 +4720,8 @@ export interface components {
       gaps: number;
       /**
        * Problem
-       * @description Why none may begin, or why the last one ended by itself (a full disk, ...); "" where nothing is wrong.
+       * @description What is wrong, "" for nothing: why rows wait in memory, why none may begin, or why the last one ended by itself
+       *     (a full disk, ...).
        * @default
        */
       problem: string;
