@@ -37,7 +37,8 @@ def test_a_loop_is_waited_for_as_long_as_its_limits_let_it_pause(
     parameters = RigParameters(limits=SafetyLimits(loop_gap=allowed))
     info = RigInfo.model_construct(boot=1, parameters=parameters)
     box = mailbox(to_record(Command()).dtype)
-    reply = command_handler.CommandHandler(info, ring, box, cast(Any, None), None).submit(Command(boot=1, n=3))
+    handler = command_handler.CommandHandler(info, ring, box, *cast(Any, (None, None, None)))
+    reply = handler.submit(Command(boot=1, n=3))
     assert box[0] == 2, "the loop finds it when it goes on"
     assert (reply.accepted, reply.mode) == ((True, Mode.HOLD) if allowed > 0.2 else (False, Mode.VENTED))
     assert (reply.cause == Cause.LOOP_STALLED) == (allowed < 0.2)

@@ -19,6 +19,7 @@ from server.app.up import usable_key
 from server.recorder import client, folder
 from server.rig import planner
 from server.settings import ServerSettings
+from tests.server.listed import listed
 from tests.server.live_server import Page, free_environment, taken, wait_for
 
 pytestmark = [pytest.mark.alone, pytest.mark.keyed("server", "controller", "recordings")]
@@ -145,7 +146,7 @@ def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_i
         sent = page.post("/api/recordings/import?name=hers", content="t,x,y\n0,0.2,0\n1,0.2,0.01\n")
         assert sent.json()["rows"] == 2
         id = taken(page.post("/api/recordings", json={})).json()["id"]
-        wait_for(lambda: page.get("/api/recordings").json()[0]["rows"], "rows")
+        wait_for(lambda: listed(page)[0]["rows"], "rows")
         assert page.get(f"/api/recordings/{id}/quick").json()["rows"]
     (writing,) = children_of(server(product), client.WRITING)
     assert "rerun_bindings" in libraries(writing)

@@ -133,9 +133,6 @@ def test_a_killed_rig_is_reported_and_comes_back_vented(mortal: RigProcess, tmp_
             live.wait_mode(Mode.HOLD)
             mortal.kill()
             live.wait("status", lambda m: not m["health"]["rig_connected"])
-            gone = page.command("e_stop")
-            assert gone.status_code == 503
-            assert "rig" in gone.json()["detail"]
             live.texts.clear()
             mortal.start()
             live.wait("status", lambda m: m["health"]["rig_connected"] and m["rig"]["boot"] == mortal.boot)
@@ -144,6 +141,27 @@ def test_a_killed_rig_is_reported_and_comes_back_vented(mortal: RigProcess, tmp_
             assert live.frames[-1]["mode"] == Mode.VENTED
             assert page.command("arm").json()["mode"] == Mode.HOLD
             assert page.get("/api/settings").json()["K_P"] == [0.5, 0.5]
+    finally:
+        server.close()
+
+
+def test_a_stop_that_was_pressed_while_the_rig_was_gone_stops_it_when_it_is_back(
+    mortal: RigProcess, tmp_path: Path
+) -> None:
+    server = TestServer(tmp_path, mortal.endpoint)
+    try:
+        page = server.operator()
+        with page.live() as live:
+            mortal.kill()
+            live.wait("status", lambda m: not m["health"]["rig_connected"])
+            gone = page.command("e_stop")
+            assert gone.status_code == 503
+            assert "rig" in gone.json()["detail"]
+            mortal.start()
+            live.wait_mode(Mode.E_STOP)
+            assert page.command("arm").status_code == 409
+            assert page.command("clear").json()["mode"] == Mode.VENTED
+            assert page.command("arm").json()["mode"] == Mode.HOLD
     finally:
         server.close()
 

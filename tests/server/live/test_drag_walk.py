@@ -184,7 +184,7 @@ def test_a_target_enters_few_functions_from_link_to_mailbox(tmp_path: Path, monk
     info = RigInfo.model_construct(boot=BOOT, parameters=RigParameters())
     box = mailbox(record_dtype(Command))
     desk = handler_module.CommandHandler(
-        info, create_ring("test", BOOT, tmp_path, capacity=8), box, *cast(Any, [None, None])
+        info, create_ring("test", BOOT, tmp_path, capacity=8), box, *cast(Any, [None, None, None])
     )
     seals = Seals(KEY, BOOT, "key")
     end = RigEnd(session, "test", seals, desk)

@@ -18,6 +18,7 @@ from controller.schema.modes import Mode
 from recordings.format.messages import Recording
 from recordings.read.reader import read_rows
 from server.recorder import automatic
+from tests.server.listed import listed
 from tests.server.live_server import Live, Page, RigProcess, TestServer, free_environment, taken, wait_for
 from tests.server.runs.test_runs import armed, ring, wait_run
 
@@ -65,7 +66,7 @@ def test_a_run_that_is_refused_or_not_to_be_recorded_leaves_none(server: TestSer
         taken(page.run(json={**ring(0.5), "record": False}))
         wait_run(live, lambda state: state["state"] == "done")
         assert page.get("/api/runs").json()[0]["recording"] is None
-        assert page.get("/api/recordings").json() == []
+        assert listed(page) == []
 
 
 def test_a_stop_under_pressure_is_recorded_with_what_came_before_and_after_it(server: TestServer) -> None:
@@ -123,7 +124,7 @@ def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
 ) -> None:
     page = server.operator()
     state = page.post("/api/recordings", json={"name": "two lives"}).json()
-    wait_for(lambda: page.get("/api/recordings").json()[0]["rows"] > 500, "rows")
+    wait_for(lambda: listed(page)[0]["rows"] > 500, "rows")
     folder = server.settings.state.parent / "after"
     shutil.copytree(server.services.folder.store.folder, folder / "recordings")  # as a kill -9 would leave it
     wait_for(lambda: server.services.recorder.state().rows > 3000, "ticks that the copy does not have")
@@ -148,7 +149,7 @@ def test_a_recording_of_a_killed_server_goes_on_without_a_missing_tick(
 def test_a_recording_of_a_killed_writer_goes_on_without_a_missing_tick(server: TestServer) -> None:
     page, store = server.operator(), server.services.folder.store
     id = page.post("/api/recordings", json={"name": "two writers", "profile": "full"}).json()["id"]
-    wait_for(lambda: page.get("/api/recordings").json()[0]["rows"] > 500, "rows")
+    wait_for(lambda: listed(page)[0]["rows"] > 500, "rows")
     kill_recorder(server)
     wait_for(lambda: len(store.list()) == 2 and server.services.recorder.state().recording, "the second part")
     server.services.recorder.stop()  # on a busy machine all that took longer than a lease
@@ -226,7 +227,7 @@ def two(page: Page) -> list[Recording]:
     """Both parts once there are two, the last one first."""
 
     def look() -> list[Recording] | None:
-        found = [Recording.model_validate(row) for row in page.get("/api/recordings").json()]
+        found = [Recording.model_validate(row) for row in listed(page)]
         return found if len(found) == 2 else None
 
     return cast(list[Recording], wait_for(look, "two parts"))
@@ -246,8 +247,8 @@ def closed(page: Page) -> Recording:
     """The only recording, once it has ended."""
 
     def look() -> Recording | None:
-        listed = [Recording.model_validate(row) for row in page.get("/api/recordings").json()]
-        return listed[0] if listed and listed[0].complete else None
+        found = [Recording.model_validate(row) for row in listed(page)]
+        return found[0] if found and found[0].complete else None
 
     found = wait_for(look, "the end of the recording")
     assert isinstance(found, Recording)

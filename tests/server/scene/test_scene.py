@@ -10,6 +10,7 @@ from recordings.read.playback import PlaybackRows
 from server.scene.lines import STYLES, dashes
 from server.scene.messages import PlaybackBody
 from server.scene.playback import Player
+from tests.server.listed import listed
 from tests.server.live_server import Page, TestServer, wait_for
 from tests.server.scene.test_viser import CAMERA_POSE, VERSION, clients, say
 
@@ -55,7 +56,7 @@ def test_a_seat_shows_its_own_path_and_camera_and_belongs_to_one_session(server:
 def test_a_recording_plays_in_one_view_and_the_others_stay_live(server: TestServer) -> None:
     operator, viewer = server.operator(), server.page().sign_in()
     assert operator.post("/api/recordings", json={}).status_code == 200
-    wait_for(lambda: operator.get("/api/recordings").json()[0]["rows"] >= 0, "a recording")
+    wait_for(lambda: listed(operator)[0]["rows"] >= 0, "a recording")
     current = server.services.recorder.state().id
     refused = viewer.put(f"/api/scene/{SEAT}/playback", json={"recording": current})
     assert (refused.status_code, "stop it first" in refused.text) == (409, True)

@@ -66,7 +66,7 @@ def test_a_lost_sample_is_never_delivered_and_the_next_comes_in_its_time() -> No
 
 def test_a_rig_of_hardware_refuses_faults_and_its_time_never_stands_still() -> None:
     valves = build_hardware(Valves(driver="serial"), 1e-3)
-    desk = CommandHandler(*[None] * 4, SimpleNamespace(simulated=False, plant=valves))  # type: ignore[arg-type]
+    desk = CommandHandler(*[None] * 4, SimpleNamespace(simulated=False, plant=valves), None)  # type: ignore[arg-type]
     with pytest.raises(CommandRefused, match="this rig is hardware"):
         desk.faults(TwinFaults(noise=1e-3))
     with pytest.raises(CommandRefused, match="this rig is hardware"):
