@@ -168,7 +168,8 @@ def test_an_operator_who_is_there_still_operates_after_the_loop_has_stood_still(
         live.operate()
         live.wait("hello")
         monkeypatch.setattr(server.services.lease, "_lapse", 2.0)
-        term, [viewer] = server.services.lease.term, server.services.pages.open
+        [viewer] = wait_for(lambda: [*server.services.pages.open], "the page")
+        term = server.services.lease.term
         viewer.wake._loop.call_soon_threadsafe(time.sleep, 4.0)  # type: ignore[attr-defined]
         live.wait("event", lambda line: "the event loop stood still" in line["text"])
         assert server.services.lease.holder is not None and server.services.lease.term == term

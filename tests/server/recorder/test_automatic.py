@@ -4,6 +4,7 @@ import os
 import shutil
 import signal
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, cast
 
@@ -183,8 +184,13 @@ def test_a_recording_whose_writer_is_killed_as_it_ends_keeps_its_end(server: Tes
     page = server.operator()
     taken(page.post("/api/recordings", json={"name": "short"}))
     wait_for(lambda: server.services.recorder.state().rows > 500, "rows")
-    kill_recorder(server)
-    refused = page.delete("/api/recordings/current")
+    recorder = server.services.recorder
+    os.kill(recorder.pid, signal.SIGSTOP)  # it must not answer before it is killed
+    with ThreadPoolExecutor(1) as pool:
+        answer = pool.submit(page.delete, "/api/recordings/current")
+        wait_for(lambda: recorder._stopping and recorder._asked, "the end that is asked for")
+        kill_recorder(server)
+        refused = answer.result()
     asked = server.services.rig.newest
     assert refused.status_code == 409 and "was killed" in refused.json()["detail"]
     wait_for(lambda: not server.services.recorder.state().recording and two(page)[0].complete, "the end")
