@@ -17,7 +17,7 @@ class Caretaker:
     def __init__(self, product: Product) -> None:
         self._product = product
         self._client = httpx.Client(base_url=product.origin, timeout=PATIENCE_S, trust_env=False)
-        self._client.post("/api/session", json={"token": product.url.split("token=")[1]}).raise_for_status()
+        self._sign_in()
         wait_until(lambda: self._client.get("/api/rig").is_success)
         self._settings = self._read("/api/settings")
         self._actuator, self._plant = self._built()
@@ -33,6 +33,7 @@ class Caretaker:
 
     def put_to_rest(self) -> None:
         """Vented, nothing recorded, injected, drawn or changed, and no one operates."""
+        self._sign_in()  # a module may have signed out all who came with the token
         wait_until(lambda: self._client.post("/api/lease").is_success, each=lambda: time.sleep(0.5))
         self._client.delete("/api/recordings/current")  # 409 where nothing is recorded
         wait_until(self._vented)
@@ -50,6 +51,10 @@ class Caretaker:
         if changes := {name: value for name, value in self._settings.items() if now[name] != value}:
             self._operate("PATCH", "/api/settings", changes=changes)
         self._operate("DELETE", "/api/lease")
+
+    def _sign_in(self) -> None:
+        token = self._product.url.split("token=")[1]
+        self._client.post("/api/session", json={"token": token}).raise_for_status()
 
     def _vented(self) -> bool:
         mode = self._product.mode()

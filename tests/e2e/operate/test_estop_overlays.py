@@ -170,8 +170,8 @@ BY_OPERATOR: dict[str, Opener] = {
     "app/guide/Guide.tsx": guide,
 }
 """How to open each, by the file that lays it over the page, in a page that operates."""
-BY_OTHERS: dict[str, Opener] = {"operate/lease/LeaseControl.tsx": take_over}
-"""The same where another session operates."""
+BY_OTHERS: dict[str, Opener] = {"operate/lease/LeaseControl.tsx": take_over, "operate/lease/Me.tsx": opened("me")}
+"""The same in a page that does not operate."""
 LARGE = ("app/KeyHelp.tsx", "recorder/detail/ExportDialog.tsx", "recorder/list/ImportButton.tsx")
 LARGE += ("drawing/importing/DrawImport.tsx",)
 """Dialogs with a backdrop or in the middle: tried with a mouse on a large window, too."""
@@ -209,8 +209,10 @@ def fresh(page: Page) -> None:
 
 def by_keys(page: Page, product: Product, where: str) -> None:
     """The Esc that closes a layer does not end FOLLOW, and is none of the two that stop."""
-    for request in ("arm", "follow"):
-        assert ask(page, "POST", "/api/command", request=request), f"{where}: {request}"
+    assert ask(page, "POST", "/api/command", request="arm"), where
+    wait_until(lambda: product.mode() == Mode.HOLD)
+    target = page.evaluate("window.__tendril.frame.p_ref")
+    wait_until(lambda: ask(page, "POST", "/api/command", request="follow", target=target))
     wait_until(lambda: product.mode() == Mode.FOLLOW)
     layers = page.locator(LAYERS)
     while (count := layers.count()) > 0:
@@ -250,7 +252,6 @@ def test_it_is_pressed_over_everything_that_opens(places: tuple[str, ...], page:
 
 @pytest.mark.parametrize("places", [KINDS, pytest.param(tuple(BY_OPERATOR), marks=pytest.mark.long)])
 def test_the_esc_that_closes_something_is_no_stop(places: tuple[str, ...], page: Page, product: Product) -> None:
-    page.set_viewport_size({"width": 1280, "height": 720})
     for where in places:
         fresh(page)
         expect(BY_OPERATOR[where](page), where).to_be_visible()
