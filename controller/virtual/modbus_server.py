@@ -122,9 +122,12 @@ class ModbusPeer:
         if self._server is None or self._server.transport is None:
             return
         self._watching.cancel()
+        for listening in self._server.transport.sockets:
+            asyncio.get_running_loop().remove_reader(listening)
+        await asyncio.sleep(0.01)  # who was just let in is one of the connections now
         for connection in list(self._server.active_connections.values()):
-            transport: Any = connection.transport
-            transport.abort()
+            if connection.transport is not None:
+                connection.transport.abort()
         await self._server.shutdown()
         await asyncio.sleep(0.01)  # connections end
 
