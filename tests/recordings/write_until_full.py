@@ -17,7 +17,7 @@ def main(folder: Path) -> None:
     for batch in batches(telemetry_rows(60_000)):
         recorder.rows(batch)
         time.sleep(0.002)
-        if recorder.state().problem:
+        if not recorder.state().recording:  # a disk that answers late is a problem, too, and passes
             break
     print(recorder.state().problem)
 
