@@ -1,9 +1,6 @@
-import gc
-import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -284,33 +281,6 @@ def test_an_unplugged_terminal_is_found_again(peer: ModbusPeer, valves: ModbusVa
     peer.plug()
     valves.open()
     assert valves.exchange(wanted(), 0.1) is not None
-
-
-def test_a_peer_that_is_unplugged_while_others_connect_leaves_no_socket(
-    peer: ModbusPeer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A driver that connects again at that very moment: its socket was collected later, in some other test."""
-    left: list[Any] = []
-    monkeypatch.setattr("sys.unraisablehook", left.append)
-    at, over = ("127.0.0.1", int(peer.options["port"])), threading.Event()
-
-    def connect() -> None:
-        while not over.is_set():
-            with suppress(OSError):
-                socket.create_connection(at, 0.2).close()
-
-    callers = [threading.Thread(target=connect) for _ in range(2)]
-    for caller in callers:
-        caller.start()
-    for _ in range(3):
-        peer.plug()
-        time.sleep(0.03)
-        peer.unplug()
-    over.set()
-    for caller in callers:
-        caller.join()
-    gc.collect()
-    assert left == []
 
 
 def test_close_ends_a_call_that_waits(peer: ModbusPeer, valves: ModbusValves) -> None:
