@@ -26,6 +26,7 @@ from recordings.write.queue import NoAnswer, RecorderQueue
 from recordings.write.session import Session
 from recordings.write.writer import Recorder
 from server.health.monitor import HealthMonitor
+from server.live.hub import Viewer
 from server.log.event_file import EventFile
 from server.log.events import EventLog, LogEntry
 from server.log.line_writer import LineWriter
@@ -59,6 +60,13 @@ def test_a_call_that_fails_is_logged_once_with_its_count_and_the_others_go_on(ca
     assert guard.troubles == []
 
 
+def joined(server: TestServer) -> Viewer:
+    """The only page, once what is said from now on reaches it."""
+    viewer: Viewer
+    [viewer] = wait_for(lambda: [*server.services.pages.open], "the page")
+    return viewer
+
+
 def test_a_server_one_of_whose_jobs_fails_serves_frames_status_and_e_stop(server: TestServer) -> None:
     page = server.operator()
 
@@ -66,6 +74,7 @@ def test_a_server_one_of_whose_jobs_fails_serves_frames_status_and_e_stop(server
         raise RuntimeError("the look is broken")
 
     with page.live() as live:
+        joined(server)
         server.services.scheduler.jobs["the procedure under way"].call = fail
         wait_for(lambda: "the look is broken" in page.get("/api/health").json()["server"], "the trouble")
         frames, statuses = len(live.frames), len([text for text in live.texts if text["type"] == "status"])
@@ -168,7 +177,7 @@ def test_an_operator_who_is_there_still_operates_after_the_loop_has_stood_still(
         live.operate()
         live.wait("hello")
         monkeypatch.setattr(server.services.lease, "_lapse", 2.0)
-        [viewer] = wait_for(lambda: [*server.services.pages.open], "the page")
+        viewer = joined(server)
         term = server.services.lease.term
         viewer.wake._loop.call_soon_threadsafe(time.sleep, 4.0)  # type: ignore[attr-defined]
         live.wait("event", lambda line: "the event loop stood still" in line["text"])
