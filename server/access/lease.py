@@ -20,6 +20,8 @@ ASKING_S = 60.0
 """Seconds for which a request for the lease stands."""
 ASKERS_MAX = 8
 """Requests that stand at once."""
+REMEMBERED_MAX = 32
+"""Sessions of which it is known why they operate no longer, the last ones."""
 
 
 class OperatorLease:
@@ -33,6 +35,8 @@ class OperatorLease:
         self._term = 0
         self._lock = threading.RLock()
         self._asked: dict[str, tuple[Identity, float]] = {}
+        self._lost: dict[str, str] = {}
+        """Why a session operates no longer, by its id."""
         self._listeners: list[Callable[[Identity | None, Identity | None], None]] = []
         self.clutch = False
         """Held clutch: letting go of a target holds the rig. It stays as it is from one holder to the next."""
@@ -46,7 +50,7 @@ class OperatorLease:
         """Who operates now; a lapsed lease is free."""
         with self._lock:
             if self._holder is not None and self._now() - self._heard > self._lapse:
-                self._pass_to(None)
+                self._pass_to(None, f"nothing was heard of the page for {self._lapse:g} s")
             return self._holder
 
     @property
@@ -86,22 +90,22 @@ class OperatorLease:
         with self._lock:
             if self.holder is not None and not self.holds(who):
                 return False
-            self.give(who)
+            self.give(who, "")
             return True
 
-    def give(self, who: Identity) -> None:
-        """Make `who` the holder, whatever session was it before."""
+    def give(self, who: Identity, why: str) -> None:
+        """Make `who` the holder, whatever session was it before; `why` that one lost it."""
         with self._lock:
-            self._pass_to(who)
+            self._pass_to(who, why)
             self._heard = self._now()
         self._asked.pop(who.tag, None)
 
-    def release(self, who: Identity) -> bool:
-        """Give the lease back; False when `who` did not hold it."""
+    def release(self, who: Identity, why: str = "control was released") -> bool:
+        """Give the lease back, for a reason; False when `who` did not hold it."""
         with self._lock:
             if not self.holds(who):
                 return False
-            self._pass_to(None)
+            self._pass_to(None, why)
             return True
 
     def ask(self, who: Identity) -> None:
@@ -126,18 +130,33 @@ class OperatorLease:
             self._heard = now
             return self._term
 
-    def _pass_to(self, who: Identity | None) -> None:
+    def lost(self, who: Identity) -> str:
+        """Why `who` operates no longer, "" where they do, or never did here."""
+        return self._lost.get(who.id, "")
+
+    def _pass_to(self, who: Identity | None, why: str) -> None:
         before, self._holder = self._holder, who
         if before is not who and not (who and who.is_session(before)):
             self._term += 1
+            self._remember(before, who, why)
             for changed in self._listeners:
                 changed(before, who)
+
+    def _remember(self, before: Identity | None, who: Identity | None, why: str) -> None:
+        if who is not None:
+            self._lost.pop(who.id, None)
+        if before is not None:
+            self._lost.pop(before.id, None)
+            self._lost[before.id] = why
+        if len(self._lost) > REMEMBERED_MAX:
+            del self._lost[next(iter(self._lost))]
 
     def view(self, who: Identity) -> Lease:
         """The lease as `who` sees it."""
         holder = self.holder
         name = holder.name if holder else ""
-        return Lease(held=holder is not None, mine=self.holds(who), holder=name, clutch=self.clutch)
+        mine = self.holds(who)
+        return Lease(held=holder is not None, mine=mine, holder=name, clutch=self.clutch, lost=self.lost(who))
 
     def session(self, who: Identity, unprotected: bool) -> Session:
         """What a page should know about its own session; `unprotected`: whether others can read what it says."""

@@ -23,6 +23,8 @@ class Lease(Model):
     """Short name of the holder's session, "" when free."""
     clutch: bool
     """Held clutch: a target moves only while it is held, and letting go holds the rig."""
+    lost: str
+    """Why the session that asks operates no longer, "" where it does, or has not since this server started."""
 
 
 class Session(Model):

@@ -6,6 +6,7 @@ locks, queues and waits, in which control may pass to another: so the permit dec
 server/rig/client.py, server/hardware/actuator.py).
 """
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -78,6 +79,11 @@ class Permits:
         self._sign: tuple[int, float] = (-1, 0.0)
         """Term of the lease in which the operator's page last gave a sign, and when."""
 
+    @property
+    def timeout(self) -> float:
+        """For how long the rig does without a sign of who operates [s]."""
+        return self._timeout()
+
     def operator(self, who: Identity) -> Permit:
         """For who operates now, in this term: who lost control and has it again must ask again. NotAllowed if not."""
         term = self._lease.require(who)
@@ -97,6 +103,11 @@ class Permits:
         """
         term = self._lease.require(holder)
         return Permit(who, partial(self._passed, who, holder, term), STILLING)
+
+    def sign_age(self) -> float:
+        """Since the page of who operates gave its last sign [s]; inf where it gave none since control was taken."""
+        term, at = self._sign
+        return self._now() - at if term == self._lease.term else math.inf
 
     def _objection(self, who: Identity, term: int, request: Request | None) -> str:
         """Why `who`, who operated in `term`, may not ask for this now, "" where they may."""

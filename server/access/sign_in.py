@@ -41,14 +41,14 @@ class SignIn:
         self._set_cookie(who, request, response)
         self._tell(who, f"signed in with the {who.role}'s token")
         if known is not None:
-            self._end(known)
+            self._end(known, f"it signed in with the {who.role}'s token")
             # Not waited for: who signs in to press E-STOP must not wait for a disk.
             self.scheduler.begin("the end of a session", self._keep())
         return who
 
     async def close(self, who: Identity) -> None:
         """Sign this session out, wherever its cookie is."""
-        self._end(who)
+        self._end(who, "it signed out")
         self._tell(who, "signed out")
         await self._keep()
 
@@ -59,7 +59,7 @@ class SignIn:
         self.sessions.end_all(role)
         holder = self.lease.holder
         if holder is not None and not self.sessions.stands(holder):
-            self.lease.release(holder)
+            self.lease.release(holder, f"{who.name} signed it out")
         self.events.add(f"{who.name} signed out all who came with the {role}'s token", "warning")
         await self._keep()
 
@@ -67,9 +67,9 @@ class SignIn:
         if not who.budget:  # of those that come too fast no line is written, which would push out what others did
             self.events.add(f"{who.name} {what}")
 
-    def _end(self, who: Identity) -> None:
+    def _end(self, who: Identity, why: str) -> None:
         self.sessions.end(who)
-        self.lease.release(who)
+        self.lease.release(who, why)
         self.lease.drop_request(who.tag)
 
     async def _keep(self) -> None:

@@ -90,7 +90,7 @@ class TokenWatch:
             )
         holder = self._lease.holder
         if holder is not None and not self._sessions.stands(holder):
-            self._lease.release(holder)
+            self._lease.release(holder, "the access tokens cannot be read")
 
     def _use(self, found: Secrets) -> None:
         if self._sessions.closed:

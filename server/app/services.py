@@ -29,6 +29,7 @@ from server.health.alarms import JUDGED_S, Alarms, AlarmWatch
 from server.health.loop_health import LoopWatch
 from server.health.monitor import HEALTH_S, HealthMonitor
 from server.health.notices import Notices, Webhook
+from server.health.on_time import OnTime
 from server.http.answers import RefusedCounts
 from server.http.rates import Rates
 from server.live.hub import FRAME_APART_S, FRAME_S, NEWS_S, Hub, Viewer
@@ -137,7 +138,9 @@ class Services:
         settings = self.settings
         self.store = Store(settings.recordings or default_folder())
         self.review, self.loop, self.history = Review(self.store, self.reader), LoopWatch(), History()
+        self.on_time = OnTime()
         self.history.listen(self.loop.add)
+        self.history.listen(self.on_time.add)
         self.rig = Rig(settings, self.history)
         recording = RecorderSettings(
             settings.rig,
@@ -216,14 +219,15 @@ class Services:
         self.webhook = Webhook(hook.get_secret_value()) if hook else None
         self.detector = ChangeDetector(rig, self.lease, operator, self.bus)
         self.history.listen(self.detector.rows)
-        Reactions(rig, operator, events, self.bus)
+        Reactions(rig, operator, self.people, events, self.bus)
         self.alarms = Alarms(UserFiles(self.settings.state / "alarms", "the limits"))
         parts = (rig, operator, operator.stopper, self.recorder, self.review, self.scene, self.tokens)
         maybe = (self.webhook, events.writer, self.audit.writer)
         threads = [part.worker for part in (*parts, *maybe) if part is not None]
         self.monitor = HealthMonitor([self.recorder, *threads], self.scheduler, events)
         doing = (self.recorder, self.runs, self.macros, self.outcomes, self.first_mode)
-        self.view = StatusView(rig, self.lease, self.people, self.pages, operator, *doing, lambda: self.monitor.trouble)
+        about = (self.on_time, lambda: self.monitor.trouble)
+        self.view = StatusView(rig, self.lease, self.people, self.pages, operator, *doing, *about)
         self.hub = Hub(self.history, self.pages, self.lease, self.view, self.scheduler.guard, self.settings.frame_rate)
 
     def _begin(self) -> None:
@@ -265,6 +269,7 @@ class Services:
             Largest(history, "server_age").take,
             self.loop.lateness_p99,
             lambda: self.pages.round_trip,
+            self.on_time,
             lambda: self.alarms.known(self.lease.holder),
             self.events,
         )

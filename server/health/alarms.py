@@ -2,13 +2,13 @@
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Annotated, Any
 
 from server.access.user_files import UserFiles
 from server.health.messages import AlarmLimits, Limit
+from server.health.on_time import OnTime
 from server.http.given import given
 from server.http.who import Identity
 from server.log.events import EventLog
@@ -17,8 +17,6 @@ JUDGED_S = 1.0
 """From one judgement to the next."""
 SAID_APART_S = 10.0
 """Least time between two lines about the same figure."""
-MINUTE = 60
-"""Judgements over which ticks are counted."""
 NAMES = {
     "round_trip": "round trip",
     "command_age": "command age",
@@ -83,13 +81,13 @@ class AlarmWatch:
         command_age: Callable[[], float],
         lateness: Callable[[], float],
         round_trip: Callable[[], float],
+        on_time: OnTime,
         limits: Callable[[], AlarmLimits],
         events: EventLog,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._newest, self._command_age, self._lateness, self._round_trip = newest, command_age, lateness, round_trip
-        self._limits, self._events, self._now = limits, events, now
-        self._marks: deque[tuple[int, int]] = deque(maxlen=MINUTE + 1)
+        self._on_time, self._limits, self._events, self._now = on_time, limits, events, now
         self._red: set[str] = set()
         self._said: dict[str, float] = {}
 
@@ -97,7 +95,6 @@ class AlarmWatch:
         """Judge the last second."""
         row = self._newest()
         if row is None:
-            self._marks.clear()
             return
         limits = self._limits()
         for name, value in self._figures(row).items():
@@ -105,17 +102,12 @@ class AlarmWatch:
 
     def _figures(self, row: Any) -> dict[str, float]:
         """Every figure in SI units, nan where it is not known."""
-        slot, lost = int(row["slot"]), int(row["lost"])
-        if self._marks and slot < self._marks[-1][0]:
-            self._marks.clear()
-        self._marks.append((slot, lost))
-        slots, gone = slot - self._marks[0][0], lost - self._marks[0][1]
         return {
             "round_trip": self._round_trip(),
             "command_age": self._command_age(),
             "lateness_p99": self._lateness(),
-            "lost_ticks": gone,
-            "on_time": 1.0 - gone / slots if slots else math.nan,
+            "lost_ticks": self._on_time.lost,
+            "on_time": self._on_time.share,
             "residual": float(row["residual"]),
         }
 

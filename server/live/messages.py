@@ -42,6 +42,10 @@ class Health(Model):
     """Why the rig takes no command from this server (another version, key, or server), "" when it does."""
     starting: str = ""
     """Actuator with which the rig was told to start again and has not yet, "" for none."""
+    on_time: float | None = None
+    """Share of the rig's slots in which its loop ticked, over the last minute, in [0, 1]; null before 5 s were seen."""
+    lost: float | None = None
+    """Slots of the same time without a tick."""
     server: str = ""
     """What in the server itself does not work: a thread, a job of its event loop, that loop; "" when all does."""
 
@@ -74,6 +78,8 @@ class Status(Model):
     rig: RigInfo | None
     stopped_by: str
     """Who pressed the E-STOP in which the rig is, "" where no one did by this server."""
+    missed: str
+    """Whose sign of presence the rig missed when it last held for lack of one, and why; "" before."""
     run: RunState | None
     """The run under way, or how the last one ended; null before this server's first."""
     result: RunResult | None

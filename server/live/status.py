@@ -1,5 +1,6 @@
 """Everything slow that a page shows, as its session sees it."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -7,6 +8,7 @@ from typing import Annotated, Any
 from server.access.lease import OperatorLease
 from server.hardware.first_mode.measurement import FirstModeMeasurement
 from server.hardware.outcomes import OutcomeWatch
+from server.health.on_time import OnTime
 from server.http.given import given
 from server.http.headers import server_time
 from server.http.who import Identity
@@ -34,6 +36,7 @@ class StatusView:
     macros: Macros
     outcomes: OutcomeWatch
     first_mode: FirstModeMeasurement
+    on_time: OnTime
     trouble: Callable[[], str]
 
     def health(self) -> Health:
@@ -46,6 +49,8 @@ class StatusView:
             viewers=len(self.pages.open),
             trouble=self.rig.trouble,
             starting=self.outcomes.starting(self.rig.boot()),
+            on_time=_known(self.on_time.share),
+            lost=_known(self.on_time.lost),
             server=self.trouble(),
         )
 
@@ -60,6 +65,7 @@ class StatusView:
             health=self.health(),
             rig=self.rig.info,
             stopped_by=self.operator.stopper.by,
+            missed=self.people.missed,
             run=self.runs.state(),
             result=self.runs.last(),
             macro=self.macros.state(),
@@ -87,6 +93,10 @@ class StatusView:
             self.outcomes.starting(self.rig.boot()),
             self.trouble(),
         )
+
+
+def _known(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
 GivenStatusView = Annotated[StatusView, given(StatusView)]

@@ -70,7 +70,7 @@ class ChangeDetector:
                 self._boot, self._met = boot, boot or self._met
 
     def _lease_changed(self, before: Identity | None, holder: Identity | None) -> None:
-        self._bus.publish(LeaseChanged(before, holder))
+        self._bus.publish(LeaseChanged(before, holder, self._lease.lost(before) if before else ""))
 
 
 def _steps(rows: Rows, before: Rows | None) -> Iterator[tuple[Any, Any]]:

@@ -41,10 +41,11 @@ class ObserverReseated:
 
 @dataclass(frozen=True)
 class LeaseChanged:
-    """The lease passed from `before` to `holder`, one of whom may be None."""
+    """The lease passed from `before` to `holder`, one of whom may be None; `why` `before` lost it."""
 
     before: Identity | None
     holder: Identity | None
+    why: str = ""
 
 
 @dataclass(frozen=True)

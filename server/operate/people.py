@@ -30,6 +30,8 @@ class PeopleHere:
     ) -> None:
         self._present, self._lease, self._operator = present, lease, operator
         self._permits, self._events = permits, events
+        self.missed = ""
+        """Whose sign of presence the rig missed when it last held for lack of one, and why; "" before."""
 
     def view(self, who: Identity) -> People:
         """Everyone as `who` sees them."""
@@ -44,7 +46,24 @@ class PeopleHere:
     def key(self) -> object:
         """Differs whenever pages should be told."""
         holder = self._lease.holder
-        return holder and holder.tag, [one.tag for one in self._lease.asking], [one.tag for one in self._here()]
+        asking, here = ([one.tag for one in some] for some in (self._lease.asking, self._here()))
+        return holder and holder.tag, asking, here, self.missed
+
+    def note_missed(self) -> str:
+        """The rig held as no sign of the operator reached it: whose, and the nearest that was silent."""
+        holder = self._lease.holder
+        name, timeout, age = holder.name if holder else "the operator", self._permits.timeout, self._permits.sign_age()
+        if holder is not None and not self.is_here(holder):
+            self.missed = f"the page of {name} is closed"
+        elif age < timeout:
+            self.missed = f"signs of {name} came, none reached the rig for {timeout:g} s: server or link too slow"
+        else:
+            self.missed = f"no sign of {name}'s open page for {timeout:g} s: browser or network too slow"
+        return self.missed
+
+    def is_here(self, who: Identity) -> bool:
+        """Whether a page of this session is open."""
+        return who.id in {one.id for one in self._present()}
 
     def ask(self, who: Identity) -> None:
         """Ask the operator for the lease."""
@@ -65,7 +84,7 @@ class PeopleHere:
         await self._hold(permit)
         permit.require()  # control may have passed, and the other page closed, while the rig came to hold
         to = self._require_here(tag)
-        self._lease.give(to)
+        self._lease.give(to, f"control was handed over to {to.name}")
         self._events.add(f"{who.name} handed control over to {to.name}", "warning")
 
     async def take_over(self, tag: str, who: Identity) -> None:
@@ -77,7 +96,7 @@ class PeopleHere:
         await self._hold(permit)
         if not permit.stands():
             raise CommandRefused(CHANGED)
-        self._lease.give(who)
+        self._lease.give(who, f"{who.name} took control over")
         self._events.add(f"{who.name} took control from {holder.name}", "warning")
 
     async def _hold(self, permit: Permit) -> None:

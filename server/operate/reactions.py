@@ -8,6 +8,7 @@ from recordings.format.messages import Level
 from server.log.events import EventLog, words
 from server.operate.events import BootChanged, LeaseChanged, ModeChanged, ObserverReseated, TroubleChanged
 from server.operate.operator import Operator
+from server.operate.people import PeopleHere
 from server.operate.settings import too_strong
 from server.rig.client import Rig
 
@@ -15,8 +16,8 @@ from server.rig.client import Rig
 class Reactions:
     """Only the event loop uses it."""
 
-    def __init__(self, rig: Rig, operator: Operator, events: EventLog, bus: EventBus) -> None:
-        self._rig, self._operator, self._events = rig, operator, events
+    def __init__(self, rig: Rig, operator: Operator, people: PeopleHere, events: EventLog, bus: EventBus) -> None:
+        self._rig, self._operator, self._people, self._events = rig, operator, people, events
         bus.subscribe(BootChanged, "what is said of the rig", self._on_boot)
         bus.subscribe(TroubleChanged, "what is said of the link", self._on_trouble)
         bus.subscribe(LeaseChanged, "the hold of what was left", self._on_lease)
@@ -54,7 +55,8 @@ class Reactions:
 
     def _on_lease(self, event: LeaseChanged) -> None:
         if event.before is not None:
-            self._events.add(f"{event.before.name} no longer operates")
+            closed = "" if self._people.is_here(event.before) else "; its page is closed"
+            self._events.add(f"{event.before.name} no longer operates: {event.why}{closed}")
             # The next operator's page must not keep a motion going that someone else began; in HOLD, too: the last
             # operator's FOLLOW may be under way while the newest row still says HOLD.
             newest = self._rig.newest
@@ -75,7 +77,9 @@ class Reactions:
         self._events.add("the observer was wound: it begins again from the pose that fits the markers", "warning")
 
     def _why(self, mode: Mode, cause: Cause) -> str:
-        """The cause in words; of an E-STOP that was pressed here, by whom."""
+        """The cause in words; of an E-STOP that was pressed here, by whom, and of a sign that was missed, whose."""
+        if cause == Cause.OPERATOR_LOST:
+            return self._people.note_missed()
         pressed = mode == Mode.E_STOP and cause == Cause.OPERATOR
         by = self._operator.stopper.by if pressed else ""
         return f"by {by}" if by else words(cause)

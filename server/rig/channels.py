@@ -7,6 +7,7 @@ from controller.arrays import Rows
 from controller.errors import ParameterError
 from controller.schema.layout import fields, numbers, quantity, record_dtype
 from controller.schema.messages import Telemetry
+from controller.schema.states import LIVE
 from controller.schema.titles import TITLES, elements
 from server.rig.messages import PlotChannel
 
@@ -16,18 +17,24 @@ class UnknownChannel(ParameterError):
 
 
 def extract(rows: Rows) -> npt.NDArray[np.float32]:
-    """Values of all channels, (n, channels), of n telemetry rows; a norm is that of each row, nan where one is."""
+    """Values of all channels, (n, channels), of n telemetry rows; a norm is that of each row, nan where one is.
+
+    There is no error where no reference rules.
+    """
     out = np.empty((len(rows), len(CHANNELS)), np.float32)
     for kind, places, found in _PLAIN:
         out[:, places] = numbers(rows, kind)[:, found]
     plane = numbers(rows, np.float64)
     out[:, _NORMS] = np.hypot(plane[:, _NORMED], plane[:, _NORMED + 1])
+    out[np.ix_(~np.isin(rows["mode"], LIVE), _OF_ERROR)] = np.nan
     return out
 
 
 def column(rows: Rows, channel: PlotChannel) -> npt.NDArray[np.float64]:
-    """Values (n,) of one channel of n telemetry rows, as exact as they are there."""
+    """Values (n,) of one channel of n telemetry rows, as exact as they are there; no error without a reference."""
     values = rows[channel.field].reshape(len(rows), _width(channel.field)).astype(np.float64)
+    if channel.field == "error":
+        values[~np.isin(rows["mode"], LIVE)] = np.nan
     return np.hypot(values[:, 0], values[:, 1]) if channel.index is None else values[:, channel.index]
 
 
@@ -81,4 +88,5 @@ def _plain(kind: str) -> tuple[type[np.generic], npt.NDArray[np.intp], npt.NDArr
 _PLAIN = [_plain(kind) for kind in ("float64", "float32", "int64")]
 _VECTORS = [field for field in fields(Telemetry) if field.name in PLOTTED and _is_vector(field.name)]
 _NORMS = np.array([_PLACES[f"{field.name}.norm"] for field in _VECTORS], np.intp)
+_OF_ERROR = np.array([place for key, place in _PLACES.items() if key.startswith("error.")], np.intp)
 _NORMED = np.array([field.offset // 8 for field in _VECTORS], np.intp)

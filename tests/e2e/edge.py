@@ -84,7 +84,7 @@ def press(page: Page, product: Product, *, touch: bool, where: str) -> None:
       return [(left + right) / 2 - offsetLeft, (top + bottom) / 2 - offsetTop];
     }""")
     (page.touchscreen.tap if touch else page.mouse.click)(*box)
-    expect(page.get_by_test_id("stop-news"), where).to_contain_text("E-STOP arrived by")
+    expect(page.get_by_test_id("stop-news"), where).to_contain_text("E-STOP arrived at the rig")
     assert product.mode() == Mode.E_STOP, where
     expect(page.get_by_test_id("state"), where).to_contain_text("E-STOP")
 

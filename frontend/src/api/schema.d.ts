@@ -3192,6 +3192,16 @@ export interface components {
        */
       starting: string;
       /**
+       * On Time
+       * @description Share of the rig's slots in which its loop ticked, over the last minute, in [0, 1]; null before 5 s were seen.
+       */
+      on_time: number | null;
+      /**
+       * Lost
+       * @description Slots of the same time without a tick.
+       */
+      lost: number | null;
+      /**
        * Server
        * @description What in the server itself does not work: a thread, a job of its event loop, that loop; "" when all does.
        * @default
@@ -3511,6 +3521,11 @@ export interface components {
        * @description Held clutch: a target moves only while it is held, and letting go holds the rig.
        */
       clutch: boolean;
+      /**
+       * Lost
+       * @description Why the session that asks operates no longer, "" where it does, or has not since this server started.
+       */
+      lost: string;
     };
     /**
      * LeaseBody
@@ -5947,6 +5962,11 @@ export interface components {
        * @description Who pressed the E-STOP in which the rig is, "" where no one did by this server.
        */
       stopped_by: string;
+      /**
+       * Missed
+       * @description Whose sign of presence the rig missed when it last held for lack of one, and why; "" before.
+       */
+      missed: string;
       /** @description The run under way, or how the last one ended; null before this server's first. */
       run: components["schemas"]["RunState"] | null;
       /** @description Of the last run that ended, this server's or an earlier one's. */

@@ -8,7 +8,7 @@ import { HealthPanel } from "../health/HealthPanel";
 import { Flags } from "../health/Flags";
 import { PageStore, usePage, type Page } from "../live/page";
 import { LogPanel } from "../health/log/LogPanel";
-import { Banner } from "../operate/Banner";
+import { Banner, LatchedBanner } from "../operate/Banner";
 import { ControlPanel } from "../operate/ControlPanel";
 import { Asking } from "../operate/lease/Asking";
 import { PlanView } from "../plan/PlanView";
@@ -103,6 +103,11 @@ function Bench() {
         <Part name="Commissioning">
           <CommissioningBar />
         </Part>
+        {view === "review" ? (
+          <Part name="Latched state">
+            <LatchedBanner />
+          </Part>
+        ) : null}
       </div>
       <Live hidden={view !== "live"} />
       {view === "review" ? (

@@ -1,6 +1,6 @@
 import { Button, Progress } from "@mantine/core";
 import { Live } from "../live/live";
-import { PageStore, usePage } from "../live/page";
+import { PageStore, silenceOf, usePage } from "../live/page";
 import { MODE_WORD, whyText } from "../live/modes";
 import { CHAMBERS } from "../live/telemetry";
 import { lapText } from "../runs/facts";
@@ -19,6 +19,7 @@ export function WallDisplay() {
   const page = useService(PageStore);
   const live = useService(Live);
   const alive = usePage((state) => state.online && state.rigLive);
+  const of = usePage((state) => state.errorOf);
   const at = (read: (row: NonNullable<Live["telemetry"]>) => number) =>
     alive && live.telemetry ? read(live.telemetry) : NaN;
   const motion: Shown[] = [
@@ -40,7 +41,12 @@ export function WallDisplay() {
           1,
         ),
     },
-    { name: "error", unit: "mm", read: () => plain(at((row) => Math.hypot(row.at("error", 0), row.at("error", 1)) * 1e3), 1) }, // prettier-ignore
+    {
+      name: "error",
+      unit: of === "none" ? "mm" : `mm, ${of} tip`,
+      read: () =>
+        plain(of === "none" ? NaN : at((row) => Math.hypot(row.at("error", 0), row.at("error", 1)) * 1e3), 1),
+    },
   ];
   const pressures = CHAMBERS.map((chamber, i) => ({
     name: `pressure ${chamber}`,
@@ -68,7 +74,11 @@ export function WallDisplay() {
       <Numbers label="Chambers" numbers={pressures} />
       <Run />
       <p className="wall-foot">
-        on time <LiveText read={() => percent(alive ? live.onTime.share() : NaN)} testId="wall-on-time" />
+        on time{" "}
+        <LiveText
+          read={() => percent(alive ? (page.get().health?.on_time ?? NaN) : NaN)}
+          testId="wall-on-time"
+        />
       </p>
     </main>
   );
@@ -77,7 +87,7 @@ export function WallDisplay() {
 function State() {
   const mode = usePage((page) => page.mode);
   const why = usePage(whyText);
-  const gone = usePage((page) => (!page.online ? "NO LINK" : page.rigLive ? "" : "NO RIG"));
+  const gone = usePage((page) => ({ none: "", server: "NO LINK", rig: "NO RIG" })[silenceOf(page)]);
   return (
     <p className="wall-state" data-testid="wall-state" data-mode={gone === "" ? mode : null}>
       {gone !== "" ? gone : mode === null ? DASH : MODE_WORD[mode]}

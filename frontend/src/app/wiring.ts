@@ -81,7 +81,6 @@ export function wire(notify: Notify, storage: PageStorage): Services {
       void macros.learn();
     },
     leaseChanged: operations.leaseChanged.bind(operations),
-    leaseLost: operations.leaseLost.bind(operations),
     failed: operations.report.bind(operations),
   });
   services.add(

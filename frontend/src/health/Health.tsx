@@ -2,7 +2,7 @@ import { Popover } from "@mantine/core";
 import { IconChevronDown } from "@tabler/icons-react";
 import { useMemo } from "react";
 import { Live } from "../live/live";
-import { usePage } from "../live/page";
+import { PageStore, usePage } from "../live/page";
 import type { TelemetryField } from "../live/telemetry";
 import { wholeNumber } from "../ui/format";
 import { useService } from "../ui/services";
@@ -66,23 +66,25 @@ function useReadings(): readonly Reading[] {
   const policy = usePage((page) => page.rig?.policy ?? "");
   const measured = useMemo(() => new Peak(), []);
   const commanded = useMemo(() => new Peak(), []);
+  const page = useService(PageStore);
+  const ofMinute = (name: "on_time" | "lost") => (alive ? (page.get().health?.[name] ?? NaN) : NaN);
   const read = (name: TelemetryField) => (alive ? (live.telemetry?.at(name) ?? NaN) : NaN);
   return [
     {
       measure: "onTime",
-      read: () => (alive ? live.onTime.share() : NaN),
+      read: () => ofMinute("on_time"),
       testId: "on-time",
       also: ` Scheduling: ${policy || "unknown"}.`,
     },
     {
       measure: "lost",
-      read: () => (alive ? live.onTime.lost() : NaN),
+      read: () => ofMinute("lost"),
       shown: () => read("lost"),
       testId: "lost",
       also: " The number is counted since the rig started.",
     },
     { measure: "step", read: () => 1e-9 * read("step_ns"), testId: "step" },
-    { measure: "roundTrip", read: () => live.roundTrip, testId: "round-trip" },
+    { measure: "roundTrip", read: () => live.roundTrip.at(), testId: "round-trip" },
     {
       measure: "commandAge",
       read: () => commanded.take(read("server_age")),

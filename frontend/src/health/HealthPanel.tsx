@@ -28,19 +28,21 @@ export function HealthPanel() {
   const live = useService(Live);
   const alive = usePage((page) => page.online && page.rigLive);
   const link = usePage((page) => page.health?.link_rtt ?? NaN);
+  const onTime = usePage((page) => page.health?.on_time ?? NaN);
+  const lost = usePage((page) => page.health?.lost ?? NaN);
   const held = usePage((page) => page.lease.held);
   const loop = useLoopHealth();
   const read: Read = (name, index = 0) => (alive ? (live.telemetry?.at(name, index) ?? NaN) : NaN);
   const lines: readonly Line[] = [
-    { measure: "onTime", value: alive ? live.onTime.share() : NaN, also: lastSeconds(loop) },
+    { measure: "onTime", value: alive ? onTime : NaN, also: lastSeconds(loop) },
     {
       measure: "lost",
-      value: alive ? live.onTime.lost() : NaN,
+      value: alive ? lost : NaN,
       also: `${wholeNumber(read("lost"))} since the start`,
     },
     { measure: "lateness", value: loop?.lateness?.p99 ?? NaN, also: spread(loop?.lateness) },
     { measure: "step", value: loop?.step?.p99 ?? NaN, also: spread(loop?.step) },
-    { measure: "roundTrip", value: live.roundTrip },
+    { measure: "roundTrip", value: live.roundTrip.at() },
     { measure: "rigLink", value: alive ? link : NaN },
     { measure: "commandAge", value: read("server_age") },
     { measure: "presenceAge", value: held ? read("operator_age") : NaN, also: held ? "" : "no one operates" },

@@ -1,15 +1,25 @@
 import { api, forgetAnswers, isOutdated, Refusal, dataOf } from "../api/rest";
 import { LayoutError, type LiveSocket } from "../api/socket";
-import type { FromServer, Health, Role, Session } from "../api/types";
+import type { FromServer, Health, Lease, Role, Session } from "../api/types";
 import { asCause, asMode } from "./modes";
 import type { Store } from "../ui/store";
 import type { Live } from "./live";
+import { plain } from "../ui/format";
 import { keep, withLines, type Page } from "./page";
+import { errorOf } from "./telemetry";
 import type { PageName } from "./presence/presence";
 
 const CHECK_MS = 100;
-const RIG_SILENT_MS = 700;
+/** Pictures come 60 times a second: without any for so long, something is silent. */
+const SILENT_MS = 700;
+/** Nothing heard for so long: the server is asked whether it is there, at every check. */
+const ASK_MS = 300;
+/** The most that a slow network adds to `SILENT_MS` where answers are all that comes. */
+const SLOW_MS_MAX = 2000;
 const PING_MS = 1000;
+/** What was still for less gave its signs in time [ms]; a lapse that comes later has another reason. */
+const STILL_MS = 2000;
+const STILL_NEWS_MS = 10_000;
 /** Where the tabs of one browser tell each other that they signed in. */
 const TABS = "tendril-session";
 
@@ -22,10 +32,8 @@ export interface ConnectionListener {
   disconnected(): void;
   /** A rig was met, or another start of it. */
   met(): void;
-  /** I operate now, or no longer do; no one asked for it here. */
-  leaseChanged(mine: boolean, holder: string): void;
-  /** The connection is back, and I operate no longer; "" for `holder` where no one does. */
-  leaseLost(holder: string): void;
+  /** I operate now, or no longer do; no one asked for it here. `still`: what kept this page from giving signs. */
+  leaseChanged(lease: Lease, still: string): void;
   failed(title: string, error: unknown): void;
 }
 
@@ -39,6 +47,10 @@ export class Connection {
   private name: PageName = null;
   private boot: number | null = null;
   private checkedAt = 0;
+  /** Page clock [ms] when the server said anything. */
+  private heardAt = -Infinity;
+  /** What last kept this page from giving signs, and until when [ms]. */
+  private still = { why: "", until: -Infinity };
 
   constructor(
     private readonly live: Live,
@@ -47,20 +59,25 @@ export class Connection {
     private readonly listener: ConnectionListener,
   ) {
     socket.tell({
-      opened: () => page.patch({ online: true, shutOut: "" }),
+      opened: () => this.opened(),
       closed: () => this.closed(),
-      message: (message) => this.receive(message),
-      binary: (buffer) =>
+      message: (message) => {
+        this.heard();
+        this.receive(message);
+      },
+      binary: (buffer) => {
+        this.heard();
         this.guard(() => {
           this.frame(buffer);
-        }),
+        });
+      },
     });
   }
 
   /** Start the clocks, and connect if this browser has a session; else the page asks for the token. */
   async start(): Promise<void> {
     setInterval(() => this.checkRig(performance.now()), CHECK_MS);
-    setInterval(() => this.ping(), PING_MS);
+    setInterval(() => this.ping(performance.now()), PING_MS);
     this.startPresence();
     this.tabs.onmessage = () => void this.enter();
     await this.enter();
@@ -130,11 +147,34 @@ export class Connection {
     }
   }
 
+  private opened(): void {
+    this.wasStill("its connection was gone", this.heardAt);
+    this.heard();
+    this.page.patch({ online: true, shutOut: "" });
+  }
+
+  private heard(): void {
+    this.heardAt = performance.now();
+    if (this.page.get().unheard) this.page.patch({ unheard: false });
+  }
+
+  /** Until now, and since `since` [ms], this page could give no sign. */
+  private wasStill(why: string, since: number): void {
+    const [until, ms] = [performance.now(), performance.now() - since];
+    if (ms > STILL_MS && Number.isFinite(ms))
+      this.still = { why: `${why} for ${plain(ms / 1e3, 0)} s`, until };
+  }
+
+  /** Why the server may have heard nothing of this page just now, "" where nothing is known. */
+  private stillness(): string {
+    return performance.now() - this.still.until < STILL_NEWS_MS ? this.still.why : "";
+  }
+
   private closed(): void {
     const wasOnline = this.page.get().online;
     this.name = null;
-    this.page.patch({ online: false, rigLive: false });
-    this.live.roundTrip = NaN;
+    this.page.patch({ online: false, unheard: false, rigLive: false });
+    this.live.roundTrip.forget();
     this.listener.disconnected();
     if (!wasOnline) void this.askWhy();
   }
@@ -163,7 +203,7 @@ export class Connection {
         this.name = message.page;
         forgetAnswers();
         if (page.lease.mine && !message.session.lease.mine)
-          this.listener.leaseLost(message.session.lease.holder);
+          this.listener.leaseChanged(message.session.lease, this.stillness());
         this.guard(() => {
           this.live.describe(message.layout, message.channels);
           this.socket.send(this.live.choice());
@@ -189,9 +229,10 @@ export class Connection {
           macro: keep(page.macro, message.macro),
           firstMode: keep(page.firstMode, message.first_mode),
           stoppedBy: message.stopped_by,
+          missed: message.missed,
         });
         if (page.lease.mine !== message.lease.mine)
-          this.listener.leaseChanged(message.lease.mine, message.lease.holder);
+          this.listener.leaseChanged(message.lease, this.stillness());
         this.noteProblem(page.recording.problem, message.recording.problem);
         this.meet(message.rig);
         return;
@@ -202,7 +243,7 @@ export class Connection {
         this.answer(message, message.detail);
         return;
       case "pong":
-        this.live.roundTrip = (performance.now() - message.t) / 1e3;
+        this.live.roundTrip.answered(message.t, performance.now());
         return;
       case "event":
         this.page.patch({ log: withLines(page.log, [message]) });
@@ -249,30 +290,42 @@ export class Connection {
   private frame(buffer: ArrayBuffer): void {
     const { live } = this;
     if (buffer.byteLength === 0 || !live.take(buffer, performance.now()) || !live.telemetry) return;
+    const mode = asMode(live.telemetry.at("mode"));
     this.page.patch({
-      mode: asMode(live.telemetry.at("mode")),
+      mode,
+      errorOf: errorOf(live.telemetry, mode),
       cause: asCause(live.telemetry.at("cause")),
       saturated: live.telemetry.at("saturated") === 1,
       reachable: live.telemetry.at("reachable") === 1,
     });
   }
 
-  private ping(): void {
-    const { roundTrip } = this.live;
+  private ping(now: number): void {
+    const roundTrip = this.live.roundTrip.at(now);
     const known = Number.isFinite(roundTrip) ? roundTrip : null;
-    this.socket.send({ type: "ping", t: performance.now(), round_trip: known });
+    if (this.socket.send({ type: "ping", t: now, round_trip: known })) this.live.roundTrip.sent(now);
   }
 
-  /** Say so when the rig falls silent; a check that itself came late proves nothing. */
+  /** Say what falls silent, the nearest first; a check that itself came late proves nothing. */
   private checkRig(now: number): void {
     const late = now - this.checkedAt > 4 * CHECK_MS;
+    if (late && this.checkedAt > 0) this.wasStill("the browser stood still", this.checkedAt);
     this.checkedAt = now;
     if (late) return;
     const { online, health } = this.page.get();
-    const silent = now - this.live.freshAt > RIG_SILENT_MS && health?.paused !== true;
-    const rigLive = online && !silent && health?.rig_connected !== false;
-    this.page.patch({ rigLive });
+    if (online && now - this.heardAt > ASK_MS) this.ping(now);
+    const silent = now - this.live.freshAt > SILENT_MS && health?.paused !== true;
+    const unheard = online && this.isUnheard(now, silent && health?.rig_connected === true);
+    const rigLive = online && !unheard && !silent && health?.rig_connected !== false;
+    this.page.patch({ unheard, rigLive });
     if (rigLive && health) this.page.patch({ starting: health.starting });
+  }
+
+  /** The server says nothing; where `pictures` are missing, it said nothing since the last one either. */
+  private isUnheard(now: number, pictures: boolean): boolean {
+    if (pictures && this.heardAt - this.live.freshAt < ASK_MS) return true;
+    const slow = pictures ? 0 : Math.min(1e3 * (this.live.roundTrip.took || 0), SLOW_MS_MAX);
+    return now - this.heardAt > SILENT_MS + slow;
   }
 }
 

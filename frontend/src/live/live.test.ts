@@ -1,15 +1,18 @@
 import { expect, test } from "vitest";
-import { OnTime } from "./live";
+import { RoundTrip } from "./live";
 import { Trail } from "./trail";
 
-test("the on-time share counts the last minute and starts again with the rig", () => {
-  const meter = new OnTime();
-  for (let s = 0; s <= 100; s++) meter.add(1000 * s, s <= 20 ? 10 * s : 200, s);
-  expect(meter.share()).toBe(1);
-  meter.add(0, 0, 101);
-  expect(meter.share()).toBeNaN();
-  meter.add(1000, 10, 102);
-  expect(meter.share()).toBeCloseTo(0.99, 9);
+test("a round trip that is owed counts for as long as it is owed", () => {
+  const trip = new RoundTrip();
+  expect(trip.at(0)).toBeNaN();
+  trip.sent(0);
+  trip.answered(0, 14);
+  expect(trip.at(4000)).toBe(0.014);
+  trip.sent(5000);
+  trip.sent(6000);
+  expect([5010, 7000].map((now) => trip.at(now))).toEqual([0.014, 2]);
+  trip.forget();
+  expect(trip.at(8000)).toBeNaN();
 });
 
 test("the trail shows two seconds, oldest first, fading", () => {

@@ -18,13 +18,11 @@ export class Live {
   readonly signals = new Store<{ readonly channels: readonly PlotChannel[] }>({ channels: [] });
   readonly ring = new Ring(BINS_KEPT);
   readonly trail = new Trail();
-  readonly onTime = new OnTime();
   /** Page clock [ms] when a tick newer than the one before arrived. */
   freshAt = -Infinity;
   /** Rises with every frame: painters compare it with what they painted. */
   frames = 0;
-  /** Round trip page -> server -> page [s]. */
-  roundTrip = NaN;
+  readonly roundTrip = new RoundTrip();
   private tick = NaN;
   private plotted: readonly string[] = [];
 
@@ -56,7 +54,6 @@ export class Live {
   forget(): void {
     this.ring.clear();
     this.trail.clear();
-    this.onTime.clear();
   }
 
   /** Take a binary message at page time `now` [ms]; true if it was a telemetry frame. */
@@ -76,48 +73,34 @@ export class Live {
     this.freshAt = now;
     const tip = telemetry.point("p_meas") ?? telemetry.point("p_hat");
     if (tip) this.trail.push(tip[0], tip[1], now / 1e3);
-    this.onTime.add(telemetry.at("slot"), telemetry.at("lost"), now / 1e3);
   }
 }
 
-const WINDOW_S = 60;
-const EVERY_S = 1;
+/** Page -> server -> page. An answer that is owed for longer than the last one took counts more than that. */
+export class RoundTrip {
+  /** What the last answer took [s], nan before the first. */
+  took = NaN;
+  /** Page clock [ms] when the oldest ping without an answer was sent. */
+  private owedSince: number | null = null;
 
-interface Mark {
-  readonly slot: number;
-  readonly lost: number;
-  readonly at: number;
-}
-
-/** Share of time slots in which the loop ticked, over the last minute. */
-export class OnTime {
-  private marks: Mark[] = [];
-  private latest: Mark | null = null;
-
-  clear(): void {
-    this.marks = [];
-    this.latest = null;
+  sent(now: number): void {
+    this.owedSince ??= now;
   }
 
-  /** The loop was at `slot`, having lost `lost` slots since its start, at page time `at` [s]. */
-  add(slot: number, lost: number, at: number): void {
-    if (this.latest && slot < this.latest.slot) this.clear();
-    this.latest = { slot, lost, at };
-    const last = this.marks.at(-1);
-    if (!last || at - last.at >= EVERY_S) this.marks.push(this.latest);
-    while (this.marks.length > 1 && at - this.marks[0].at > WINDOW_S) this.marks.shift();
+  /** The ping of `sent` is answered, and with it all before. */
+  answered(sent: number, now: number): void {
+    this.took = (now - sent) / 1e3;
+    this.owedSince = null;
   }
 
-  /** Slots lost in the same time, nan before the first mark. */
-  lost(): number {
-    const first = this.marks.at(0);
-    return first && this.latest ? this.latest.lost - first.lost : NaN;
+  /** The connection is gone: so is what was known. */
+  forget(): void {
+    this.took = NaN;
+    this.owedSince = null;
   }
 
-  /** On-time share in 0..1, nan before two marks. */
-  share(): number {
-    const first = this.marks.at(0);
-    if (!first || !this.latest || this.latest.slot <= first.slot) return NaN;
-    return 1 - (this.latest.lost - first.lost) / (this.latest.slot - first.slot);
+  /** As it stands at page time `now` [ms], in s; nan before the first answer. */
+  at(now = performance.now()): number {
+    return this.owedSince === null ? this.took : Math.max(this.took, (now - this.owedSince) / 1e3);
   }
 }

@@ -43,7 +43,7 @@ export const CAUSE_TEXT: Record<Cause, string> = {
   0: "",
   1: "asked for by someone",
   2: "rig started",
-  3: "operator's page was gone",
+  3: "no sign from the operator's page",
   4: "no server",
   5: "rig's link process stalled",
   6: "no measurement",
@@ -67,8 +67,12 @@ export const CAUSE_TEXT: Record<Cause, string> = {
   24: "valves' board lost",
 };
 
-/** Why the rig is in its state; of an E-STOP that was pressed, by whom. */
-export function whyText({ mode, cause, stoppedBy }: Why): string {
+/** The cause of a sign that did not reach the rig. */
+const OPERATOR_LOST: Cause = 3;
+
+/** Why the rig is in its state; of an E-STOP that was pressed, by whom, and of a sign that was missed, whose. */
+export function whyText({ mode, cause, stoppedBy, missed }: Why): string {
+  if (cause === OPERATOR_LOST && missed !== "") return missed;
   const pressed = mode === MODE.E_STOP && cause === ASKED_FOR && stoppedBy !== "";
   return pressed ? `by ${stoppedBy}` : CAUSE_TEXT[cause];
 }
@@ -78,6 +82,7 @@ interface Why {
   readonly mode: Mode | null;
   readonly cause: Cause;
   readonly stoppedBy: string;
+  readonly missed: string;
 }
 
 /** What to look at before the rig is cleared or armed again: without it the same would only happen again. */

@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
-import { keep, withLines } from "./page";
+import type { Person } from "../api/types";
+import { keep, operatorText, withLines } from "./page";
 
 test("a status that repeats itself keeps its object, so that controls do not render", () => {
   const old = { K_P: [1, 2] };
@@ -26,4 +27,12 @@ test("an alarm that comes again counts up in one line, and one that is over long
   log = withLines(log, [alarm(13, 3)]);
   expect(log.map(({ text, count }) => [text, count])).toEqual([["late 13", 3], ["arm", 1]]); // prettier-ignore
   expect(withLines(log, [alarm(50, 1)]).map(({ text }) => text)).toEqual(["late 50", "late 13", "arm"]);
+});
+
+test("who has closed the page is not said to operate", () => {
+  const lease = { held: true, mine: false, holder: "ivy 3", clutch: false, lost: "" };
+  const ivy: Person = { tag: "0123456789ab", name: "ivy 3", role: "operator" };
+  const people = { holder: ivy.tag, asking: [], others: [ivy], waiting: false };
+  expect(operatorText({ lease, people })).toBe("ivy 3 operates");
+  expect(operatorText({ lease, people: { ...people, others: [] } })).toContain("has closed the page");
 });

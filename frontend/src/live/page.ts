@@ -22,6 +22,7 @@ import type {
 } from "../api/types";
 import { useService } from "../ui/services";
 import { Store, useStore } from "../ui/store";
+import type { ErrorOf } from "./telemetry";
 
 /** What became of the last E-STOP, for the operator. */
 export interface StopNews {
@@ -53,6 +54,8 @@ export interface Page {
   readonly compared: readonly string[];
   readonly session: "unknown" | "absent" | "present";
   readonly online: boolean;
+  /** The live connection is open, and nothing comes by it: the network or the server, whatever the rig does. */
+  readonly unheard: boolean;
   /** Why the server does not take this page in, "" where it does or does not answer. */
   readonly shutOut: string;
   readonly rigLive: boolean;
@@ -87,8 +90,11 @@ export interface Page {
   readonly cause: Cause;
   /** Who pressed the E-STOP in which the rig is, "" where that is not known. */
   readonly stoppedBy: string;
+  /** Whose sign of presence the rig missed when it last held for lack of one, and why; "" before. */
+  readonly missed: string;
   readonly saturated: boolean;
   readonly reachable: boolean;
+  readonly errorOf: ErrorOf;
   readonly log: readonly LogLine[];
   /** Why the last touch of the target did nothing; shown on the plan. */
   readonly hint: string;
@@ -115,11 +121,12 @@ export const EMPTY_PAGE: Page = {
   compared: [],
   session: "unknown",
   online: false,
+  unheard: false,
   shutOut: "",
   rigLive: false,
   starting: "",
   me: { name: "", role: "viewer", unprotected: false },
-  lease: { held: false, mine: false, holder: "", clutch: false },
+  lease: { held: false, mine: false, holder: "", clutch: false, lost: "" },
   people: { holder: "", asking: [], others: [], waiting: false },
   settings: null,
   recording: {
@@ -146,8 +153,10 @@ export const EMPTY_PAGE: Page = {
   mode: null,
   cause: 0,
   stoppedBy: "",
+  missed: "",
   saturated: false,
   reachable: true,
+  errorOf: "none",
   log: [],
   hint: "",
   gamepad: "",
@@ -191,6 +200,32 @@ function inOrder(events: readonly LogEntry[]): boolean {
 
 function identity({ time, text }: LogEntry): string {
   return `${time} ${text}`;
+}
+
+/** Which link is silent, the nearest to this page first: what lies behind it cannot be judged. */
+export type Silence = "none" | "server" | "rig";
+
+export function silenceOf({
+  online,
+  unheard,
+  rigLive,
+}: Pick<Page, "online" | "unheard" | "rigLive">): Silence {
+  if (!online || unheard) return "server";
+  return rigLive ? "none" : "rig";
+}
+
+type Operating = Pick<Page, "lease" | "people">;
+
+/** Whether who operates, another than I, has a page open. */
+export function isOperatorHere({ people }: Operating): boolean {
+  return people.others.some(({ tag }) => tag === people.holder);
+}
+
+/** Who operates, as others see it; a person whose page is gone only holds control until it lapses. */
+export function operatorText({ lease, people }: Operating): string {
+  return isOperatorHere({ lease, people })
+    ? `${lease.holder} operates`
+    : `${lease.holder} has closed the page; control is free soon`;
 }
 
 /** `next`, or `old` itself when nothing in it changed: controls that follow it then stay as they are. */

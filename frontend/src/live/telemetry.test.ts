@@ -1,7 +1,8 @@
 import { expect, test } from "vitest";
 import { decodeBinary, LayoutError } from "../api/socket";
 import type { Field } from "../api/types";
-import { RecordReader, Telemetry } from "./telemetry";
+import { MODE } from "./modes";
+import { errorOf, RecordReader, Telemetry } from "./telemetry";
 import golden from "./__fixtures__/golden.json";
 
 const layout = golden.layout as Field[];
@@ -60,4 +61,13 @@ test("a record that is cut short, a plot that does not fit and an unknown kind a
 
 test("a layout without a field that the page needs is refused by that field's name", () => {
   expect(() => new Telemetry(layout.filter((field) => field.name !== "p_ref"))).toThrow('"p_ref"');
+});
+
+test("the error is of the tip that the loop takes, and of none where nothing is followed", () => {
+  const row = (sensed: number) => ({ at: () => sensed, points: () => 10 });
+  expect(errorOf(row(0b1000000000), MODE.FOLLOW)).toBe("measured");
+  expect(errorOf(row(0b0000100000), MODE.HOLD)).toBe("estimated");
+  expect(
+    [MODE.VENTED, MODE.REST, MODE.FAULT, MODE.E_STOP, null].map((mode) => errorOf(row(1023), mode)),
+  ).toEqual(Array(5).fill("none"));
 });

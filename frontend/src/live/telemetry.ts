@@ -1,5 +1,6 @@
 import { LayoutError } from "../api/socket";
-import type { Field, Point } from "../api/types";
+import type { Field, Mode, Point } from "../api/types";
+import { isMovable } from "./modes";
 
 /** Telemetry fields that the page reads (controller/schema/messages.py, `Telemetry`). */
 const FIELDS = [
@@ -76,6 +77,16 @@ export class Telemetry {
 
 function plain(field: FieldReader): number | number[] {
   return field.length === 1 ? field.at(0) : Array.from({ length: field.length }, (_, i) => field.at(i));
+}
+
+/** Of which tip the rig's `error` is: the loop takes the measured one where the rod at the tip is sensed. */
+export type ErrorOf = "measured" | "estimated" | "none";
+
+/** "none" where nothing rules: the reference of a rig that is vented, rests or is latched is no wish. */
+export function errorOf(telemetry: Pick<Telemetry, "at" | "points">, mode: Mode | null): ErrorOf {
+  if (mode === null || !isMovable(mode)) return "none";
+  const tip = 2 ** (telemetry.points("markers") - 1);
+  return Math.floor(telemetry.at("sensed") / tip) % 2 === 1 ? "measured" : "estimated";
 }
 
 const BYTES = { float64: 8, float32: 4, int64: 8 } as const;

@@ -6,7 +6,7 @@ import {
   IconPlugConnectedX,
 } from "@tabler/icons-react";
 import { Live } from "../live/live";
-import { usePage, type Page } from "../live/page";
+import { isOperatorHere, operatorText, silenceOf, usePage, type Page } from "../live/page";
 import { clearing, isLatched, MODE, remedy, whyText } from "../live/modes";
 import { seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
@@ -39,20 +39,22 @@ const TEXT: Record<Trouble, string> = {
 };
 
 function troubleOf(page: Page): Trouble {
-  const { online, shutOut, rigLive, rig, mode, health } = page;
+  const { online, shutOut, rig, mode, health } = page;
+  const silent = silenceOf(page);
   if (!online && shutOut !== "") return "shutOut";
-  if (!online) return rig ? "offline" : "connecting";
+  if (silent === "server") return rig ? "offline" : "connecting";
   if (health && health.trouble !== "") return "refused";
-  if (!rigLive && page.starting !== "") return "rigStarts";
-  if (!rigLive) return rig ? "rigGone" : "noRig";
+  if (silent === "rig" && page.starting !== "") return "rigStarts";
+  if (silent === "rig") return rig ? "rigGone" : "noRig";
   if (mode === null || !isLatched(mode)) return "none";
   return mode === MODE.E_STOP ? "stopped" : "fault";
 }
 
 /** What leads out of a latched state, for everyone who looks. */
-function wayOut({ cause, lease, me, mode }: Page): string {
+function wayOut(page: Page): string {
+  const { cause, lease, me, mode } = page;
   if (lease.mine && mode !== null) return `${remedy(cause)}, then press ${clearing(mode)}, and arm again.`;
-  if (lease.held) return `${lease.holder} operates and can clear it.`;
+  if (lease.held) return `${operatorText(page)}${isOperatorHere(page) ? " and can clear it" : ""}.`;
   return me.role === "viewer" ? "An operator can clear it." : "Take control to clear it.";
 }
 
@@ -66,6 +68,12 @@ export function Banner() {
   ) : (
     <Missing trouble={trouble} />
   );
+}
+
+/** Where the plan is not in sight: a latched state, its cause, and the way out of it. */
+export function LatchedBanner() {
+  const trouble = usePage(troubleOf);
+  return trouble === "fault" || trouble === "stopped" ? <Latched trouble={trouble} /> : null;
 }
 
 function Refused({ trouble }: { readonly trouble: "refused" | "shutOut" }) {

@@ -1,6 +1,6 @@
 import { SegmentedControl, Switch, TextInput, Tooltip } from "@mantine/core";
 import type { CommandBody, Settings } from "../api/types";
-import { PageStore, usePage, type Page } from "../live/page";
+import { operatorText, PageStore, silenceOf, usePage, type Page } from "../live/page";
 import { CAUSE_TEXT, isLatched, isSwing, MODE, MODE_WORD, remedy } from "../live/modes";
 import { rounded } from "../ui/format";
 import { useService } from "../ui/services";
@@ -34,11 +34,12 @@ const STEPS: readonly Step[] = [
 
 /** What to do next, in one sentence. */
 function advice(page: Page): string {
-  const { online, rigLive, lease, me, mode, cause } = page;
-  if (!online || !rigLive || mode === null) return "Waiting for the rig.";
+  const { lease, me, mode, cause } = page;
+  const silent = silenceOf(page);
+  if (silent !== "none" || mode === null) return `Waiting for the ${silent === "server" ? "server" : "rig"}.`;
   if (!lease.mine)
     return lease.held
-      ? `${lease.holder} operates. You can watch, and stop.`
+      ? `${operatorText(page)}. You can watch, and stop.`
       : me.role === "viewer"
         ? "You can watch, and stop. The operator can hand control over to you."
         : "Take control to operate (beside the state, at the top).";

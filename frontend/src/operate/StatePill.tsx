@@ -11,7 +11,7 @@ import {
 } from "@tabler/icons-react";
 import type { Icon } from "@tabler/icons-react";
 import type { Mode } from "../api/types";
-import { usePage } from "../live/page";
+import { silenceOf, usePage } from "../live/page";
 import { isLatched, isUnasked, MODE_MEANING, MODE_WORD, whyText } from "../live/modes";
 import { isPaused } from "./permission";
 
@@ -29,12 +29,11 @@ const APPEARANCE: Record<Mode, { icon: Icon; colour: string }> = {
 export function StatePill() {
   const mode = usePage((page) => page.mode);
   const why = usePage(whyText);
-  const online = usePage((page) => page.online);
-  const rigLive = usePage((page) => page.rigLive);
+  const silent = usePage(silenceOf);
   const starting = usePage((page) => page.starting !== "");
   const paused = usePage(isPaused);
-  if (mode === null || !online || !rigLive)
-    return <Unknown mode={mode} word={!online ? "NO LINK" : starting ? "STARTING" : "NO RIG"} />;
+  if (mode === null || silent !== "none")
+    return <Unknown mode={mode} word={silent === "server" ? "NO LINK" : starting ? "STARTING" : "NO RIG"} />;
   if (paused) return <Paused mode={mode} />;
   const { icon: Glyph, colour } = APPEARANCE[mode];
   const meaning = why === "" ? MODE_MEANING[mode] : `${MODE_MEANING[mode]} (${why})`;
@@ -88,7 +87,7 @@ function Unknown({ mode, word }: UnknownProps) {
 
 /** A cause that no one asked for, or that latches. */
 export function Cause() {
-  const mode = usePage(({ mode, online, rigLive }) => (online && rigLive ? mode : null));
+  const mode = usePage((page) => (silenceOf(page) === "none" ? page.mode : null));
   const cause = usePage((page) => page.cause);
   const why = usePage(whyText);
   if (mode === null) return null;

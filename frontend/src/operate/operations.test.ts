@@ -5,16 +5,25 @@ import { EMPTY_PAGE, type Page } from "../live/page";
 import { Store } from "../ui/store";
 import { Operations } from "./operations";
 
-test("control that went with the connection is said, in a notice and in the log, with who operates now", () => {
+test("control that went is said with its reason, in a notice, on the plan and in the log", () => {
   const page = new Store(EMPTY_PAGE);
   const said: string[] = [];
   const operations = new Operations(page, (level, title, text) => said.push(`${level}: ${title}: ${text}`));
-  operations.leaseLost("");
-  operations.leaseLost("ivy 3");
-  expect(said[0]).toMatch(/^warning: You no longer operate: .*server restarted: take it again/);
-  expect(said[1]).toContain("ivy 3 operates now");
-  expect(page.get().log.map(({ level }) => level)).toEqual(["warning", "warning"]);
-  expect(page.get().log.at(-1)?.text).toContain("take it again");
+  const gone = { held: false, mine: false, holder: "", clutch: false, lost: "" };
+  const lapsed = "nothing was heard of the page for 5 s";
+  operations.leaseChanged(gone, "");
+  operations.leaseChanged({ ...gone, lost: lapsed }, "the browser stood still for 7 s");
+  operations.leaseChanged(
+    { ...gone, held: true, holder: "ivy 3", lost: "ivy 3 took control over" },
+    "the browser stood still for 4 s",
+  );
+  expect(said).toEqual([
+    "warning: You no longer operate: the server was started again: take control to go on",
+    "warning: You no longer operate: nothing was heard of the page for 5 s (the browser stood still for 7 s): take control to go on",
+    "warning: You no longer operate: ivy 3 took control over: ivy 3 operates now",
+  ]);
+  expect(page.get().log.map(({ level }) => level)).toEqual(["warning", "warning", "warning"]);
+  expect(page.get().hint).toBe("Control lost: ivy 3 took control over");
 });
 
 test("two quick changes of one pair are both kept: the second is made of what the first left", async () => {

@@ -10,6 +10,9 @@ export type Notify = (level: LogEntry["level"], title: string, text: string) => 
 /** One part of what is in force when it is sent: an earlier change of the same pair is not taken back. */
 export type SettingsChange = (now: Settings) => Partial<Settings>;
 
+/** How the server begins to say that nothing was heard of a page (server/access/lease.py). */
+const LAPSED = "nothing was heard";
+
 /** What an operator asks of the server by buttons and keys; refusals are shown in the server's own words. */
 export class Operations {
   /** Requests about the lease that this page itself has under way: their outcome is no news. */
@@ -64,25 +67,26 @@ export class Operations {
     await this.pass("Control not asked for", wanted ? api.POST(request) : api.DELETE(request));
   }
 
-  /** The lease came or went without this page's doing. */
-  leaseChanged(mine: boolean, holder: string): void {
+  /** The lease came or went without this page's doing; a server that knows nothing of mine is another one. */
+  leaseChanged({ mine, holder, lost }: Lease, still: string): void {
     if (this.passing > 0) return;
-    if (mine) this.notify("info", "You operate now", "Control was handed over to you; the motion is held.");
-    else this.notify("warning", "You no longer operate", holder === "" ? "" : `${holder} operates now.`);
-  }
-
-  /** It went while the connection was gone: the server restarted, or heard nothing of this page for too long. */
-  leaseLost(holder: string): void {
-    const by = holder === "" ? "take it again to go on" : `${holder} operates now`;
-    const text = `Control went while the connection was gone, or the server restarted: ${by}.`;
+    if (mine) {
+      this.notify("info", "You operate now", "Control was handed over to you; the motion is held.");
+      return;
+    }
+    const cause = lost.startsWith(LAPSED) && still !== "" ? ` (${still})` : "";
+    const why = lost === "" ? "the server was started again" : `${lost}${cause}`;
+    const next = holder === "" ? "take control to go on" : `${holder} operates now`;
+    const text = `${why}: ${next}`;
     this.notify("warning", "You no longer operate", text);
-    this.write("warning", `You no longer operate. ${text}`);
+    this.write("warning", `You no longer operate: ${text}`);
+    this.page.patch({ hint: `Control lost: ${why}` });
   }
 
   private async pass(title: string, asked: Promise<{ data?: Lease }>): Promise<void> {
     this.passing += 1;
     await this.attempt(title, async () => {
-      this.page.patch({ lease: await dataOf(asked) });
+      this.page.patch({ lease: await dataOf(asked), hint: "" });
     });
     this.passing -= 1;
   }

@@ -5,6 +5,7 @@ import { whyNot, type Control, type Situation } from "./permission";
 const operating: Situation = {
   ...{
     online: true,
+    unheard: false,
     rigLive: true,
     starting: "",
     mode: MODE.VENTED,
@@ -24,6 +25,12 @@ const operating: Situation = {
 const CONTROLS: readonly Control[] = ["take", "release", "arm", "disarm", "hold", "follow", "clear", "drag", "settings", "record"]; // prettier-ignore
 
 const allowed = (now: Situation) => CONTROLS.filter((control) => whyNot(control, now) === null);
+
+test("a connection by which nothing comes is no connection, whatever the rig does", () => {
+  const lost = { ...operating, unheard: true, rigLive: false };
+  expect(whyNot("arm", lost)).toBe("No connection to the server");
+  expect(whyNot("arm", { ...operating, rigLive: false })).toBe("The rig does not answer");
+});
 
 test("each state allows just its own ways out", () => {
   expect(allowed(operating)).toEqual(["release", "arm", "settings", "record"]);

@@ -1,5 +1,5 @@
 import type { Mode, Role } from "../api/types";
-import { usePage, type Page } from "../live/page";
+import { silenceOf, usePage, type Page } from "../live/page";
 import { isLatched, isMovable, MODE, MODE_WORD } from "../live/modes";
 
 /** What depends on the rig's state. */
@@ -9,6 +9,7 @@ export type Control = OfRig | "take" | "take_over" | "ask" | "release" | "settin
 /** What decides whether a control works now. */
 export interface Situation {
   readonly online: boolean;
+  readonly unheard: boolean;
   readonly rigLive: boolean;
   /** Actuator with which the rig is being started, "" for none. */
   readonly starting: string;
@@ -30,11 +31,12 @@ export interface Situation {
 
 /** The part of the page that decides what is allowed. */
 export function situation(page: Page): Situation {
-  const { online, rigLive, mode, lease, me, recording, locked } = page;
+  const { online, unheard, rigLive, mode, lease, me, recording, locked } = page;
   const macro = page.macro?.state === "running";
   const [starting, twin] = [page.starting, page.rig?.twin === true];
   return {
     online,
+    unheard,
     rigLive,
     starting,
     mode,
@@ -69,7 +71,7 @@ const LOOKING = "The viewer's token is for looking and for the E-STOP";
 export function whyNot(control: Control, now: Situation): string | null {
   if (control === "e_stop") return null;
   if (now.locked && control !== "hold") return "The page is locked: unlock it first";
-  if (!now.online) return "No connection to the server";
+  if (silenceOf(now) === "server") return "No connection to the server";
   if (control === "take") return whyNotTake(now);
   if (control === "take_over" || control === "ask") return whyNotGet(control, now);
   if (control === "edit") return now.mine ? null : whyNotByRole(now);

@@ -34,6 +34,8 @@ test("while the twin is paused its operator continues, and no one else is offere
     viewers: 1,
     trouble: "",
     starting: "",
+    on_time: null,
+    lost: null,
     server: "",
     paused: true,
   };

@@ -1,5 +1,6 @@
 import { Button, useComputedColorScheme } from "@mantine/core";
-import { useEffect, useRef } from "react";
+import { useEffect, useLayoutEffect, useRef } from "react";
+import type { Point } from "../api/types";
 import { DrawHint } from "../drawing/tools/DrawHint";
 import { DrawToolbar } from "../drawing/tools/DrawToolbar";
 import { useDrawKeys } from "../drawing/tools/useDrawKeys";
@@ -68,13 +69,16 @@ export function PlanView() {
           aria-label="Plan of the actuator. Arrow keys move the target by 1 mm, with Shift 10 mm, with Control 0.1 mm."
         />
         <DrawHint />
-        <Hint />
+        <Hint at={() => plan.current?.handleAt() ?? null} />
         <span ref={cursor} className="plan-cursor number" data-testid="cursor" />
         <ClearTrace />
       </div>
     </section>
   );
 }
+
+/** From the target's middle to what is said above it [px]: a finger covers less. */
+const OVER_TARGET_PX = 34;
 
 /** The measured path of the last run stays until it is cleared. */
 function ClearTrace() {
@@ -95,11 +99,21 @@ function ClearTrace() {
   );
 }
 
-/** Why the last touch of the target did nothing. */
-function Hint() {
+/** Why the last touch of the target did nothing, above the target, which is `at` this place of the field [px]; in the lower middle without. */
+function Hint({ at }: { readonly at: () => Point | null }) {
   const hint = usePage((page) => page.hint);
+  const box = useRef<HTMLDivElement>(null);
+  useLayoutEffect(() => {
+    const [element, field] = [box.current, box.current?.parentElement];
+    if (!element || !field || hint === "") return;
+    const target = at() ?? [field.clientWidth / 2, field.clientHeight];
+    const half = element.offsetWidth / 2;
+    const x = Math.max(half, Math.min(target[0], field.clientWidth - half));
+    const y = Math.max(0, Math.min(target[1] - OVER_TARGET_PX, field.clientHeight) - element.offsetHeight);
+    element.style.transform = `translate(${Math.round(x - half)}px, ${Math.round(y)}px)`;
+  });
   return (
-    <div className={hint ? "hint hint-on" : "hint"} role="status" data-testid="hint">
+    <div ref={box} className={hint ? "hint hint-on" : "hint"} role="status" data-testid="hint">
       {hint}
     </div>
   );

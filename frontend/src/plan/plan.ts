@@ -162,6 +162,15 @@ export class Plan implements PlanSurface {
     return [bounds.left + px, bounds.top + py];
   }
 
+  /** Where the target's handle is drawn on the plan [px]; null without one, or where it is out of the picture. */
+  handleAt(): Point | null {
+    const handle = this.targetControl.handle(performance.now());
+    if (!handle) return null;
+    const { width, height } = this.size;
+    const [x, y] = toPixel(this.view, this.size, handle.point);
+    return x >= 0 && y >= 0 && x <= width && y <= height ? [x, y] : null;
+  }
+
   /** Point of the plane [m] at a position on the screen. */
   planeOf([clientX, clientY]: Point): Point {
     const bounds = this.canvas.getBoundingClientRect();

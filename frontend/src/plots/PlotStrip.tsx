@@ -54,7 +54,11 @@ export function PlotStrip() {
   const { ref: room, width, height } = useElementSize();
   const { rows, columns, cells } = gridOf(plots.length, { width, height: height - AXIS_PX });
   const range = counted(view, seconds);
-  const charts = useMemo(() => plots.map((plot) => chartOf(plot, channels)), [plots, channels]);
+  const errorOf = usePage((page) => page.errorOf);
+  const charts = useMemo(
+    () => plots.map((plot) => chartOf(plot, channels, errorOf)),
+    [plots, channels, errorOf],
+  );
   useEffect(() => {
     if (layout) connection.plot(channelsOf(layout));
   }, [connection, layout]);

@@ -122,3 +122,10 @@ test("the CSV of the page says where it comes from and has lows and highs of the
     "/api/history.csv?from=1&to=2.5&channels=a.0&channels=b",
   );
 });
+
+test("a plot of the error says of which tip it is, and that there is none without a reference", () => {
+  const plot = { title: "error", channels: ["error.norm"] };
+  const titles = (["measured", "estimated", "none"] as const).map((of) => chartOf(plot, CHANNELS, of).title);
+  expect(titles).toEqual(["error, measured tip", "error, estimated tip", "error, no reference"]);
+  expect(chartOf({ ...plot, channels: ["p_ref.0"] }, CHANNELS, "measured").title).toBe("error");
+});

@@ -102,7 +102,7 @@ def test_without_its_cookie_it_stops_by_the_socket_and_signed_out_names_the_hard
 ) -> None:
     touched.context.clear_cookies()
     press(touched, product, touch=True, where="no cookie")
-    expect(touched.get_by_test_id("stop-news")).to_have_text("E-STOP arrived by the socket (by HTTP: sign in first)")
+    expect(touched.get_by_test_id("stop-news")).to_have_text("E-STOP arrived at the rig (web request: sign in first)")
     touched.reload()
     expect(touched.get_by_test_id("sign-in")).to_be_visible()
     found = []
@@ -114,7 +114,7 @@ def test_without_its_cookie_it_stops_by_the_socket_and_signed_out_names_the_hard
     touched.keyboard.press("Escape")
     news = touched.get_by_test_id("stop-news")
     expect(news).to_contain_text("use the hardware stop")
-    expect(news).to_contain_text("by the socket: no connection; by HTTP: sign in first")
+    expect(news).to_contain_text("live connection: no connection; web request: sign in first")
     touched.get_by_test_id("token").fill(product.url.split("token=")[1])
     touched.get_by_test_id("sign-in").click()
     expect(touched.get_by_test_id("state")).to_contain_text("E-STOP")
@@ -129,6 +129,8 @@ def test_it_arrives_by_http_where_the_socket_is_cut(browser: Browser, product: P
     page.goto(product.url)
     expect(page.get_by_test_id("state")).to_contain_text("NO LINK")
     page.get_by_test_id("e-stop").click()
-    expect(page.get_by_test_id("stop-news")).to_contain_text("E-STOP arrived by HTTP (by the socket: no connection)")
+    expect(page.get_by_test_id("stop-news")).to_contain_text(
+        "E-STOP arrived at the rig (live connection: no connection)"
+    )
     assert product.mode() == Mode.E_STOP
     end_session(context)

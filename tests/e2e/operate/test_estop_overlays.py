@@ -221,7 +221,7 @@ def by_keys(page: Page, product: Product, where: str) -> None:
     assert product.mode() == Mode.FOLLOW, where
     page.keyboard.press("Escape")
     page.keyboard.press("Escape")
-    expect(page.get_by_test_id("stop-news"), where).to_contain_text("E-STOP arrived by")
+    expect(page.get_by_test_id("stop-news"), where).to_contain_text("E-STOP arrived at the rig")
     assert product.mode() == Mode.E_STOP, where
 
 

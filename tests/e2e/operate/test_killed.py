@@ -60,7 +60,7 @@ def test_control_that_goes_with_the_server_is_said(context: BrowserContext, prod
     os.kill(product.child("server.app").pid, signal.SIGKILL)
     expect(page.get_by_test_id("lease")).to_have_attribute("data-mine", "false", timeout=120_000)
     page.get_by_role("tab", name="Log", exact=True).click()
-    expect(page.get_by_test_id("log")).to_contain_text("Control went while the connection was gone")
+    expect(page.get_by_test_id("log")).to_contain_text("You no longer operate: the server was started again")
     shot(page, "lease-lost")
 
 

@@ -190,7 +190,7 @@ class LostAt:
             finally:
                 if count == self._at:
                     self.reached = True
-                    self._desk.lease.give(Identity("c", "eve", "operator"))
+                    self._desk.lease.give(Identity("c", "eve", "operator"), "taken over")
                     self._desk.wire.left.clear()
                 gate.set()
             count += 1

@@ -114,7 +114,7 @@ def test_a_lapsed_lease_and_an_ended_session_are_noticed_there_too(desk: Desk) -
 def test_nothing_begins_to_move_without_a_sign_of_the_operators_own_page(request_: Request, desk: Desk) -> None:
     desk.lease.acquire(BOB)
     desk.operator.present(desk.permits.operator(BOB))
-    desk.lease.give(ANN)
+    desk.lease.give(ANN, "ann took control over")
     permit = desk.permits.operator(ANN)
     assert "since control was taken" in refused(desk.operator.request(request_, permit))
     desk.operator.present(permit)
@@ -129,7 +129,7 @@ def test_a_sign_of_who_no_longer_operates_is_no_presence(desk: Desk) -> None:
     permit = desk.permits.operator(ANN)
     desk.gate.clear()
     desk.operator.present(permit)
-    desk.lease.give(BOB)
+    desk.lease.give(BOB, "bob took control over")
     desk.gate.set()
     desk.operator.request(Request.HOLD, own()).result(20)
     desk.operator.present(permit)
@@ -163,7 +163,7 @@ async def test_a_take_over_confirmed_against_one_takes_from_no_other() -> None:
     held.acquire(ANN)
     taking = asyncio.create_task(people.take_over(ANN.tag, BOB))
     await asyncio.sleep(0)
-    held.give(EVE)
+    held.give(EVE, "eve took control over")
     slow.waiting[0][1].set_result(None)
     with pytest.raises(CommandRefused, match="changed meanwhile"):
         await taking
@@ -176,7 +176,7 @@ async def test_control_is_not_handed_on_by_who_lost_it_meanwhile_nor_to_a_page_t
     held.acquire(ANN)
     giving = asyncio.create_task(people.hand_over(BOB.tag, ANN))
     await asyncio.sleep(0)
-    held.give(EVE)
+    held.give(EVE, "eve took control over")
     slow.waiting[0][1].set_result(None)
     with pytest.raises(NotAllowed):
         await giving

@@ -22,6 +22,7 @@ from server.log.events import EventLog
 from server.operate.detector import ChangeDetector
 from server.operate.messages import SettingsBody
 from server.operate.operator import Operator
+from server.operate.people import PeopleHere
 from server.operate.reactions import Reactions
 from server.operate.settings import KeptSettings, too_strong
 from server.rig.client import Rig
@@ -79,7 +80,7 @@ def test_what_another_actuator_left_too_strong_keeps_nobody_from_other_changes(t
 def test_a_rig_that_takes_less_than_what_is_in_force_is_told_of_once() -> None:
     asked, events = Asked(), EventLog()
     bus, rig, operator = EventBus(Scheduler()), cast(Rig, asked), cast(Operator, asked)
-    Reactions(rig, operator, events, bus)
+    Reactions(rig, operator, cast(PeopleHere, None), events, bus)
     detector = ChangeDetector(rig, OperatorLease(), operator, bus)
     for _ in range(2):
         detector.look()

@@ -1,5 +1,6 @@
 """What the server does by itself when the rig or the lease changes."""
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -14,6 +15,8 @@ from controller.system.event_bus import EventBus
 from controller.system.scheduler import Scheduler
 from server.access import lease as leases
 from server.access.lease import OperatorLease
+from server.access.permit import Permits
+from server.access.sessions import Sessions
 from server.http.who import Identity
 from server.log.events import EventLog
 from server.operate.detector import ChangeDetector
@@ -26,6 +29,7 @@ from server.operate.events import (
     TroubleChanged,
 )
 from server.operate.operator import Operator
+from server.operate.people import PeopleHere
 from server.operate.reactions import Reactions
 from server.rig.client import Rig
 from server.rig.history import History
@@ -65,12 +69,19 @@ class Scene:
     def __init__(self, lease: OperatorLease | None = None) -> None:
         self.asked, self.lease, self.events = Asked(), lease or OperatorLease(), EventLog()
         self.bus, self.told = EventBus(Scheduler()), list[Any]()
+        self.away: Identity | None = None
         rig, operator = cast(Rig, self.asked), cast(Operator, self.asked)
         for kind in KINDS:
             self.bus.subscribe(kind, "the test", self.told.append)
-        Reactions(rig, operator, self.events, self.bus)
+        Reactions(rig, operator, cast(PeopleHere, self), self.events, self.bus)
         self.detector = ChangeDetector(rig, self.lease, operator, self.bus)
         self.asked.history.listen(self.detector.rows)
+
+    def is_here(self, who: Identity) -> bool:
+        return who != self.away
+
+    def note_missed(self) -> str:
+        return "the page of ann is closed"
 
     def look(self) -> None:
         self.detector.look()
@@ -200,23 +211,62 @@ def test_every_change_of_the_lease_is_told_in_order_and_its_lapse_too() -> None:
     now = [0.0]
     scene = Scene(OperatorLease(lambda: now[0]))
     scene.lease.acquire(ANN)
-    scene.lease.give(BOB)
-    scene.lease.give(BOB)
+    scene.lease.give(BOB, "bob took control over")
+    scene.lease.give(BOB, "bob took control over")
     scene.lease.release(BOB)
     scene.lease.acquire(ANN)
-    now[0] = leases.LAPSE_S + 0.1
+    scene.look()
+    now[0], scene.away = leases.LAPSE_S + 0.1, ANN
     scene.look()
     scene.look()
     changes = [(event.before, event.holder) for event in scene.of(LeaseChanged)]
     assert changes == [(None, ANN), (ANN, BOB), (BOB, None), (None, ANN), (ANN, None)]
     assert [event.text for event in scene.events.recent if "operates" in event.text] == [
         "ann operates",
-        "ann no longer operates",
+        "ann no longer operates: bob took control over",
         "bob operates",
-        "bob no longer operates",
+        "bob no longer operates: control was released",
         "ann operates",
-        "ann no longer operates",
+        f"ann no longer operates: nothing was heard of the page for {leases.LAPSE_S:g} s; its page is closed",
     ]
+    assert [scene.lease.view(who).lost for who in (ANN, BOB)] == [
+        f"nothing was heard of the page for {leases.LAPSE_S:g} s",
+        "control was released",
+    ]
+    assert scene.lease.acquire(BOB) and scene.lease.view(BOB).lost == ""
+
+
+def test_a_hold_for_lack_of_a_sign_says_whose() -> None:
+    scene = Scene()
+    rows = np.zeros(2, record_dtype(Telemetry))
+    rows["tick"], rows["mode"] = [0, 1], [Mode.FOLLOW, Mode.HOLD]
+    rows["cause"] = [Cause.OPERATOR, Cause.OPERATOR_LOST]
+    scene.asked.history.add(rows)
+    scene.bus.deliver()
+    assert scene.events.recent[-1].text == "rig: HOLD (the page of ann is closed)"
+
+
+def test_it_is_said_which_sign_was_missed_the_nearest_to_its_person_first() -> None:
+    now, here = [0.0], [ANN]
+    lease, sessions = OperatorLease(lambda: now[0]), cast(Sessions, SimpleNamespace(stands=lambda who: True))
+    permits = Permits(lease, sessions, lambda: 0.5, lambda: now[0])
+    people = PeopleHere(lambda: here, lease, cast(Operator, None), permits, EventLog())
+    lease.acquire(ANN)
+    permits.signed(ANN)
+    now[0] = 0.2
+    assert people.note_missed() == "signs of ann came, none reached the rig for 0.5 s: server or link too slow"
+    now[0] = 0.6
+    assert people.note_missed() == "no sign of ann's open page for 0.5 s: browser or network too slow"
+    here.clear()
+    assert people.note_missed() == people.missed == "the page of ann is closed"
+
+
+def test_what_is_remembered_of_lost_control_has_a_bound() -> None:
+    lease = OperatorLease(lambda: 0.0)
+    passers = [Identity(str(n), str(n)) for n in range(leases.REMEMBERED_MAX + 2)]
+    for who in passers:
+        lease.give(who, "taken over")
+    assert [lease.lost(who) for who in passers[:2]] == ["", "taken over"]
 
 
 def test_settings_that_the_rig_has_taken_are_told_once() -> None:

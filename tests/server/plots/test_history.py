@@ -3,22 +3,25 @@
 from operator import attrgetter
 
 import numpy as np
+import pytest
 
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
+from controller.schema.modes import Mode
+from controller.schema.states import LIVE
 from server.plots.feed import CHUNK, Feed, Plots
-from server.rig.channels import CHANNELS, columns_of
+from server.rig.channels import CHANNELS, column, columns_of, extract
 from server.rig.history import BIN_TICKS, History
 
 ALL = list(range(len(CHANNELS)))
 ERROR, X_MEAS, ENERGY = columns_of(["error.norm", "p_meas.0", "energy"])
 
 
-def rows(first: int, count: int) -> np.ndarray:
+def rows(first: int, count: int, mode: Mode = Mode.HOLD) -> np.ndarray:
     found = np.zeros(count, record_dtype(Telemetry))
     found["tick"] = np.arange(first, first + count)
     found["t_ns"] = found["tick"] * 1_000_000
-    found["energy"] = found["tick"]
+    found["mode"], found["energy"] = mode, found["tick"]
     found["p_meas"] = np.nan
     return found
 
@@ -65,6 +68,16 @@ def test_a_spike_of_one_sample_is_in_a_bin_and_nan_is_not() -> None:
     assert np.count_nonzero(bins.high[:, ERROR]) == 1
     assert np.count_nonzero(np.isfinite(bins.low[:, X_MEAS])) == 1
     assert np.allclose(np.diff(bins.t), BIN_TICKS * 1e-3)
+
+
+@pytest.mark.parametrize("mode", Mode)
+def test_there_is_an_error_only_where_a_reference_rules(mode: Mode) -> None:
+    batch = rows(0, 5, mode)
+    batch["error"] = (3.0, 4.0)
+    known = mode in LIVE
+    for found in (extract(batch)[:, ERROR], column(batch, CHANNELS[ERROR])):
+        assert np.array_equal(found, np.full(5, 5.0 if known else np.nan), equal_nan=True)
+    assert np.isfinite(extract(batch)[:, ENERGY]).all()
 
 
 def test_every_row_is_in_exactly_one_bin_however_rows_arrive() -> None:

@@ -88,7 +88,7 @@ class AnyOrder(RuleBasedStateMachine):
             case "hold" if rig.mode == Mode.TRACK:
                 rig.move(Mode.HOLD, Cause.OPERATOR_LOST)
             case "lease":
-                lease.give(BOB)
+                lease.give(BOB, "bob took control over")
             case "disk":
                 self.world.recordings.seconds = 3.0 - self.world.recordings.seconds
             case "beat":
@@ -104,7 +104,7 @@ class AnyOrder(RuleBasedStateMachine):
         self.world.beating = True
         if self.world.phase not in MOVING:
             rig.move(Mode.HOLD, Cause.OPERATOR)
-        self.world.lease.give(ANN)
+        self.world.lease.give(ANN, "ann took control over")
         self.world.pass_time(0.1)
 
     @invariant()

@@ -144,7 +144,7 @@ def reach(world: World, phase: Phase, then: Callable[[], None]) -> None:
     elif phase == Phase.STOPPING:
         world.ask("stop")
     elif phase == Phase.BREAKING:
-        world.lease.give(BOB)
+        world.lease.give(BOB, "bob took control over")
     world.pass_time_until_ended(LONGEST_REQUEST + 1.0)
     assert reached.done() and all(task.done() for _, task in world.asked)
 
@@ -170,7 +170,7 @@ def part(world: World) -> None:
 
 
 def lose_lease(world: World) -> None:
-    world.lease.give(BOB)
+    world.lease.give(BOB, "bob took control over")
 
 
 def stop_beating(world: World) -> None:
@@ -211,7 +211,7 @@ def test_a_rig_that_hears_nothing_ends_nothing_but_what_waits_for_it(world: Worl
     waits = phase not in (Phase.APPROACH, Phase.RUNNING, Phase.PAUSED, Phase.RETURNING)
     assert (world.phase in ENDS) == waits or phase in (Phase.STARTING, Phase.RESUMING)
     world.rig.deaf = False
-    world.lease.give(BOB)
+    world.lease.give(BOB, "bob took control over")
     world.pass_time(5.0)
     assert world.phase in ENDS and world.rig.mode == Mode.HOLD
 
@@ -220,6 +220,6 @@ def test_a_rig_that_hears_nothing_ends_nothing_but_what_waits_for_it(world: Worl
 def test_a_server_that_stands_still_for_a_minute_does_not_fill_its_memory(world: World, phase: Phase) -> None:
     reach(world, phase, lambda: stop_beating(world))
     assert len(world.runs.inbox) <= ROWS
-    world.lease.give(BOB)
+    world.lease.give(BOB, "bob took control over")
     world.pass_time(5.0)
     assert world.phase in ENDS and closed(world, results=int(world.phase != Phase.REFUSED))

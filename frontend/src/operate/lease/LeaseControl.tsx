@@ -1,7 +1,7 @@
 import { ActionIcon, Button, Group, Menu, Modal } from "@mantine/core";
 import { IconArrowsExchange, IconHandOff } from "@tabler/icons-react";
 import { useState } from "react";
-import { usePage, type Page } from "../../live/page";
+import { isOperatorHere, operatorText, usePage, type Page } from "../../live/page";
 import { useService } from "../../ui/services";
 import { ControlButton } from "../ControlButton";
 import { Operations } from "../operations";
@@ -14,10 +14,13 @@ export function LeaseControl() {
   const operations = useService(Operations);
   const lease = usePage((page) => page.lease);
   const whose = usePage(holderText);
+  const meaning = usePage((page) =>
+    page.lease.held && !page.lease.mine ? operatorText(page) : holderText(page),
+  );
   return (
     <span className="lease" data-testid="lease" data-mine={lease.mine} data-held={lease.held}>
       <Me />
-      <span className="lease-holder" title={whose}>
+      <span className="lease-holder" title={meaning}>
         {whose}
       </span>
       {lease.mine ? (
@@ -41,6 +44,7 @@ export function LeaseControl() {
 function holderText({ lease, people }: Page): string {
   if (lease.mine) return "you operate";
   if (!lease.held) return "no operator";
+  if (!isOperatorHere({ lease, people })) return `${lease.holder}: page closed`;
   return people.waiting ? `asked ${lease.holder}` : lease.holder;
 }
 

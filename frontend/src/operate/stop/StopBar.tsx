@@ -1,6 +1,6 @@
 import { IconHandStop } from "@tabler/icons-react";
 import { useEffect, useRef, type RefObject } from "react";
-import { usePage } from "../../live/page";
+import { silenceOf, usePage } from "../../live/page";
 import { useNarrow } from "../../ui/narrow";
 import { useService } from "../../ui/services";
 import { isLocked } from "../lock/lock";
@@ -54,15 +54,14 @@ function usePinned(): RefObject<HTMLElement | null> {
 function EStop() {
   const stop = useService(EmergencyStop);
   const starting = usePage((page) => page.starting !== "");
-  const meaning = usePage(({ online, rigLive, session }) =>
-    online && rigLive
-      ? "Vent at once (Esc Esc)"
-      : session === "absent" && !online
-        ? "Signed out: use the hardware stop as well"
-        : starting
-          ? "The rig starts again: use the hardware stop as well"
-          : "The rig does not answer: use the hardware stop as well",
-  );
+  const meaning = usePage((page) => {
+    const silent = silenceOf(page);
+    if (silent === "none") return "Vent at once (Esc Esc)";
+    if (page.session === "absent" && !page.online) return "Signed out: use the hardware stop as well";
+    if (silent === "server") return "No connection to the server: use the hardware stop as well";
+    const why = starting ? "The rig starts again" : "The rig does not answer";
+    return `${why}: use the hardware stop as well`;
+  });
   const touchedAt = useRef(-Infinity);
   return (
     <button
@@ -105,7 +104,7 @@ function Hold() {
   );
 }
 
-/** By which way the E-STOP arrived, or that none is left. */
+/** That the E-STOP arrived, or that no way is left. */
 function News() {
   const news = usePage((page) => page.stop);
   return (

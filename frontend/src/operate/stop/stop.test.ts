@@ -61,14 +61,14 @@ async function settled(): Promise<void> {
   for (let i = 0; i < 5; i++) await Promise.resolve();
 }
 
-test("a press goes both ways at once, and the first that arrives is named", async () => {
+test("a press goes both ways at once, and one that has arrived is enough", async () => {
   const page = new FakePage();
   page.stop.press();
   expect([page.sent, page.asked.length, page.news?.phase]).toEqual([[1], 1, "sent"]);
   page.stop.answered(1, "");
-  expect(page.news).toEqual({ phase: "arrived", text: "E-STOP arrived by the socket" });
+  expect(page.news).toEqual({ phase: "arrived", text: "E-STOP arrived at the rig" });
   await page.http(TAKEN);
-  expect(page.news?.text).toBe("E-STOP arrived by the socket and by HTTP");
+  expect(page.news?.text).toBe("E-STOP arrived at the rig");
   await page.pass(5000);
   expect([page.sent, page.news]).toEqual([[1], null]);
 });
@@ -78,7 +78,7 @@ test("without a cookie it arrives by the socket that is still open, and says why
   page.stop.press();
   await page.http(SIGNED_OUT);
   page.stop.answered(1, "");
-  expect(page.news?.text).toBe("E-STOP arrived by the socket (by HTTP: sign in first)");
+  expect(page.news?.text).toBe("E-STOP arrived at the rig (web request: sign in first)");
   expect(page.written).toEqual([]);
 });
 
@@ -89,7 +89,7 @@ test("without a socket it arrives by HTTP", async () => {
   await page.http(TAKEN);
   expect(page.news).toEqual({
     phase: "arrived",
-    text: "E-STOP arrived by HTTP (by the socket: no connection)",
+    text: "E-STOP arrived at the rig (live connection: no connection)",
   });
 });
 
@@ -100,7 +100,7 @@ test("where no way is left it says so, with the reasons, and goes on trying the 
   await page.http(SIGNED_OUT);
   expect(page.news?.phase).toBe("lost");
   expect(page.news?.text).toContain(
-    "use the hardware stop (by the socket: no connection; by HTTP: sign in first)",
+    "use the hardware stop (live connection: no connection; web request: sign in first)",
   );
   expect(page.written).toHaveLength(1);
   page.open = true;
@@ -129,7 +129,7 @@ test("silence on both ways for a second is said, too", async () => {
   await page.pass(900);
   expect(page.news?.phase).toBe("sent");
   await page.pass(200);
-  expect(page.news?.text).toContain("by the socket: no answer yet; by HTTP: no answer yet");
+  expect(page.news?.text).toContain("live connection: no answer yet; web request: no answer yet");
   expect(page.sent.length).toBeGreaterThan(1);
 });
 

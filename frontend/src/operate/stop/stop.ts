@@ -8,7 +8,7 @@ import type { Store } from "../../ui/store";
 /** Every way from this page to the rig, the quickest first. */
 const WAYS = ["socket", "http"] as const;
 type Way = (typeof WAYS)[number];
-const BY: Record<Way, string> = { socket: "by the socket", http: "by HTTP" };
+const NAME: Record<Way, string> = { socket: "live connection", http: "web request" };
 
 /** How one way stands: `lost` is tried again, `refused` is not. */
 interface Standing {
@@ -124,13 +124,13 @@ export class EmergencyStop {
 
   private tell(): void {
     const arrived = this.has("arrived");
-    if (arrived.length > 0) this.show({ phase: "arrived", text: arrivedText(arrived, this.standing) });
+    if (arrived.length > 0) this.show({ phase: "arrived", text: arrivedText(this.standing) });
     else if (this.isLost()) this.tellLost();
     else this.port.show({ phase: "sent", text: "E-STOP sent" });
   }
 
   private tellLost(): void {
-    const why = WAYS.map((way) => `${BY[way]}: ${this.standing[way].why}`).join("; ");
+    const why = WAYS.map((way) => `${NAME[way]}: ${this.standing[way].why}`).join("; ");
     this.show({ phase: "lost", text: `${TITLE} (${why})` });
     if (!this.written) this.port.write(TITLE, new Error(why));
     this.written = true;
@@ -158,8 +158,8 @@ export function watchLatch(stop: Pick<EmergencyStop, "cleared">, page: Store<Pag
   });
 }
 
-function arrivedText(arrived: readonly Way[], standing: Record<Way, Standing>): string {
+/** Sent twice for certainty, it has arrived once; only a way that failed is worth a word. */
+function arrivedText(standing: Record<Way, Standing>): string {
   const failed = WAYS.filter((way) => ["refused", "lost"].includes(standing[way].state));
-  const rest = failed.map((way) => ` (${BY[way]}: ${standing[way].why})`).join("");
-  return `E-STOP arrived ${arrived.map((way) => BY[way]).join(" and ")}${rest}`;
+  return `E-STOP arrived at the rig${failed.map((way) => ` (${NAME[way]}: ${standing[way].why})`).join("")}`;
 }

@@ -10,7 +10,7 @@ import { handleOf, type RigTarget } from "./handle";
 
 test("letting go is said once, after the last move; with the clutch on no move comes after it", () => {
   const sent: FromBrowser[] = [];
-  const lease = { held: true, mine: true, holder: "me", clutch: true };
+  const lease = { held: true, mine: true, holder: "me", clutch: true, lost: "" };
   const page = new Store<Page>({ ...EMPTY_PAGE, online: true, rigLive: true, mode: MODE.HOLD, lease });
   const send = (message: FromBrowser) => sent.push(message) > 0;
   const targetControl = new TargetControl(new Live(), page, new Operations(page, () => undefined), { send });
@@ -48,7 +48,7 @@ test("while vented the handle rests on the tip and cannot be moved", () => {
 });
 
 test("when the rig falls to HOLD in the middle of a drag, the drag moves nothing until a new press", () => {
-  const lease = { held: true, mine: true, holder: "me", clutch: false };
+  const lease = { held: true, mine: true, holder: "me", clutch: false, lost: "" };
   const page = new Store({ ...EMPTY_PAGE, online: true, rigLive: true, lease });
   const targetControl = new TargetControl(new Live(), page, new Operations(page, () => undefined), {
     send: () => true,

@@ -7,7 +7,17 @@ import { Operations } from "../operations";
 import { TwinTime } from "./twinTime";
 
 const HEALTH: Page["health"] = {
-  ...{ rig_connected: true, rig_age: 0, link_rtt: 0, viewers: 1, trouble: "", starting: "", server: "" },
+  ...{
+    rig_connected: true,
+    rig_age: 0,
+    link_rtt: 0,
+    viewers: 1,
+    trouble: "",
+    starting: "",
+    on_time: null,
+    lost: null,
+    server: "",
+  },
   paused: false,
 };
 

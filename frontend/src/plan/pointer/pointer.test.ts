@@ -32,6 +32,7 @@ beforeAll(async () => {
 /** The plan's canvas as far as the pointer needs it: a place in the window, and events. */
 class Canvas extends EventTarget {
   rect = { left: 0, top: 80, width: 740, height: 460 };
+  pointerType = "mouse";
   getBoundingClientRect = () => this.rect;
   setPointerCapture = () => undefined;
 
@@ -39,7 +40,7 @@ class Canvas extends EventTarget {
   say(type: string, client: Point, id = 1, screen = client): void {
     const event = Object.assign(new Event(type, { cancelable: true }), {
       pointerId: id,
-      pointerType: "mouse",
+      pointerType: this.pointerType,
       button: 0,
       clientX: client[0],
       clientY: client[1],
@@ -65,6 +66,7 @@ class Plan implements PlanSurface {
   released = 0;
   ended = 0;
   pen = false;
+  refuses = false;
 
   constructor(readonly canvas: Canvas) {
     this.view = fit({ left: -0.15, right: 0.27, bottom: -0.25, top: 0.25 }, canvas.rect, 26);
@@ -76,6 +78,7 @@ class Plan implements PlanSurface {
   handle = () => ({ point: this.target, acknowledged: true, movable: true });
   handleReach = () => 15;
   move(point: Point, fresh: boolean): boolean {
+    if (this.refuses) return false;
     this.moved.push({ point, fresh });
     this.target = point;
     return true;
@@ -260,3 +263,20 @@ test("whatever changes in the middle of a drag, no target goes further than its 
     expect([plan.aborted, plan.released], `seed ${seed}`).toEqual(over ? [1, 0] : [0, 1]);
   }
 }, 60_000);
+
+test.each(["mouse", "touch"])("a drag of a target that may not be moved pans nothing (%s)", (pointerType) => {
+  const { canvas, plan } = benchOf();
+  plan.refuses = true;
+  const [view, [x, y]] = [plan.view, plan.at()];
+  canvas.pointerType = pointerType;
+  canvas.say("pointerdown", [x, y]);
+  for (let i = 1; i <= 5; i++) canvas.say("pointermove", [x + 12 * i, y]);
+  expect([plan.view, plan.moved]).toEqual([view, []]);
+  canvas.say("pointerdown", [x + 90, y], 2);
+  canvas.say("pointermove", [x + 140, y], 2);
+  expect(plan.view, "two fingers zoom all the same").not.toEqual(view);
+  for (const id of [1, 2]) canvas.say("pointerup", [x, y], id);
+  plan.refuses = false;
+  canvas.say("pointerdown", plan.at());
+  expect(plan.moved).toHaveLength(1);
+});

@@ -25,6 +25,8 @@ type Grip =
   | { kind: "target"; id: number; hold: Hold; last: Spot }
   | { kind: "gesture"; id: number; ground: Ground; gesture: Gesture }
   | { kind: "pan" }
+  /** The target was pressed and may not be moved, as the plan says: this finger moves nothing else either. */
+  | { kind: "refused" }
   /** The plan moved under the press: it is worth nothing until every finger is up. */
   | { kind: "dead" }
   | null;
@@ -129,7 +131,8 @@ export class PlanPointer {
   /** Take the handle where it was touched: it does not jump under the pointer. */
   private targetGrip(event: PointerEvent, ground: Ground): Grip {
     const target = this.handle();
-    if (!target || !this.isNear(event, ground) || !this.targetControl.move(target, true, true)) return null;
+    if (!target || !this.isNear(event, ground)) return null;
+    if (!this.targetControl.move(target, true, true)) return { kind: "refused" };
     const hold = { ground, pressed: clientOf(event), target };
     return { kind: "target", id: event.pointerId, hold, last: spotOf(event) };
   }

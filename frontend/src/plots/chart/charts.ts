@@ -1,4 +1,5 @@
 import type { Plot, PlotChannel } from "../../api/types";
+import type { ErrorOf } from "../../live/telemetry";
 import { LINES, ROLE } from "../../ui/colours";
 import { displayOf, labelOf, type Display } from "../signals";
 
@@ -37,8 +38,16 @@ const ROLES: Partial<Record<string, Style>> = {
 };
 const NEVER_NEGATIVE = new Set(["Pa", "s", "ns"]);
 
-/** A plot of the layout as it is drawn; signals that the server does not have, or of another unit, are left out. */
-export function chartOf(plot: Plot, channels: readonly PlotChannel[]): Chart {
+/** What the title of a plot of the error adds. */
+const ERROR_OF: Record<ErrorOf, string> = {
+  measured: ", measured tip",
+  estimated: ", estimated tip",
+  none: ", no reference",
+};
+
+/** A plot of the layout as it is drawn; signals that the server does not have, or of another unit, are left out. Of
+ * which tip the error is now stands in the title. */
+export function chartOf(plot: Plot, channels: readonly PlotChannel[], errorOf?: ErrorOf): Chart {
   const known = plot.channels.flatMap((key) => channels.find((channel) => channel.key === key) ?? []);
   const found = known.filter(({ unit }) => unit === known[0].unit);
   const styles = stylesOf(found);
@@ -52,7 +61,8 @@ export function chartOf(plot: Plot, channels: readonly PlotChannel[]): Chart {
       found.filter((_, j) => styles[j].named),
     ),
   }));
-  const title = plot.title === "" ? titleOf(found) : plot.title;
+  const ofTip = errorOf && found.some(({ field }) => field === "error") ? ERROR_OF[errorOf] : "";
+  const title = `${plot.title === "" ? titleOf(found) : plot.title}${ofTip}`;
   return { ...displayOf(found.at(0)?.unit ?? "1"), title, fromZero: found.every(isMagnitude), lines };
 }
 

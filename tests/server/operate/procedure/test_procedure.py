@@ -181,7 +181,7 @@ ENDS: dict[str, tuple[Callable[[World], object], str, Mode]] = {
     "another request": (asks(Request.REST), "REST, asked for by ann", Mode.VENTED),
     "another target": (asks(Request.NONE, None, (0.2, 0.0)), "another target, asked for by ann", Mode.FOLLOW),
     "E-STOP": (asks(Request.E_STOP, ANYTHING), "E-STOP", Mode.E_STOP),
-    "a lost permit": (lambda world: world.lease.give(BOB), "ann no longer operates", Mode.HOLD),
+    "a lost permit": (lambda world: world.lease.give(BOB, "taken over"), "ann no longer operates", Mode.HOLD),
     "a lost presence": (goes(Mode.HOLD, Cause.OPERATOR_LOST), "the rig is in HOLD (operator lost)", Mode.HOLD),
     "a rig that restarted": (lambda world: world.rig.restart(), "the rig restarted", Mode.VENTED),
     "a silent rig": (cut, "the rig is gone", Mode.HOLD),
