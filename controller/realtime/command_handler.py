@@ -21,7 +21,8 @@ from controller.realtime.ring import Ring
 from controller.schema.hardware import Drivers
 from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
-from controller.schema.modes import STILLING, Cause, Mode, Request, RowKind, refused_text
+from controller.schema.modes import STILLING, Cause, Law, Mode, Request, RowKind, refused_text
+from controller.schema.states import LIVE
 
 ECHO_MIN_S, ECHO_MAX_S = 0.05, 0.4
 """Wait for a tick that saw a command: as long as the rig's limits let the loop pause, between these two."""
@@ -39,6 +40,10 @@ START_NEAR_M = 3e-3
 STANDING = (Mode.HOLD, Mode.FOLLOW)
 GOES_ON = STILLING | {Request.E_STOP}
 """What ends a pause of the twin, so that it is obeyed at once."""
+UNCOMMISSIONED = (
+    "refused: drivers, chambers, frame and signs of this rig are not all accepted; until they are it is armed for the "
+    "steps of its commissioning only"
+)
 LOOK_S = 1e-4
 """Between two looks at the ring: a tenth of a tick."""
 
@@ -205,7 +210,21 @@ class CommandHandler:
             return f"refused: {command.request.name} is not possible while the twin is paused; continue it first"
         if command.request == Request.ARM and (why := self._driver.unready()):
             return f"refused: {why}"
-        return self._too_far(command)
+        return self._uncommissioned(command) or self._too_far(command)
+
+    def _uncommissioned(self, command: Command) -> str:
+        """Why devices that are not commissioned do not do it, "" where they do.
+
+        Frame, signs and chambers may be wrong: the steps that find them arm in open loop, and nothing closes it.
+        """
+        hardware = self._info.parameters.hardware
+        if hardware is None or hardware.commissioned != "missing":
+            return ""
+        closes = command.settings.law != Law.OPEN_LOOP
+        if command.request == Request.ARM and (closes or not command.commissioning):
+            return UNCOMMISSIONED
+        ends = command.request in (Request.REST, Request.E_STOP)
+        return UNCOMMISSIONED if closes and self._mode() in LIVE and not ends else ""
 
     def _leaps(self, command: Command) -> str:
         """Why the numbers of `command` would leave none for later ones, "" where they number on from the rig's own."""

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, model_validator
 from pydantic import Field as Bounds
 
 from controller.errors import spelled
+from controller.schema.commissioned import Commissioned
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
 
@@ -127,6 +128,8 @@ class Hardware(Model):
 
     motion_capture: MotionCapture
     valves: Valves
+    commissioned: Commissioned = "missing"
+    """Whether drivers, chambers, frame and signs were accepted: without, the rig is armed for those steps only."""
 
     def __hash__(self) -> int:
         """By what it says, as options are dicts: what is kept for a rig's parameters is looked up by them."""

@@ -51,6 +51,8 @@ class Command(Model):
     """Advanced only by the operator's own page or client; only a value above all before it is presence."""
     unattended: Annotated[int, Bounds(ge=0, le=1)] = 0
     """1: a TRACK run may finish without an operator."""
+    commissioning: Annotated[int, Bounds(ge=0, le=1)] = 0
+    """1: a step of the commissioning asks, which may arm devices that are not commissioned yet, in open loop."""
     target: Annotated[tuple[Coordinate, Coordinate], Q("m", "p_target", (2,))] = (0.0, 0.0)
     settings: Settings = Settings()
 

@@ -12,6 +12,7 @@ from pydantic import Field as Bounds
 from tomlkit.exceptions import TOMLKitError
 
 from controller.errors import ParameterError, spelled
+from controller.schema import commissioned as steps
 from controller.schema.actuator import Actuator, read_actuator
 from controller.schema.hardware import Hardware, MotionCapture, Valves
 from controller.schema.layout import Model
@@ -39,6 +40,10 @@ class RigFile(Model):
     """The plant of the virtual rig, and of previews."""
     commissioned: dict[str, Annotated[str, Bounds(max_length=200)]] = Bounds(default={})
     """Steps of the commissioning that are done, and what came of each."""
+    stands_on: dict[str, dict[str, str]] = Bounds(default={})
+    """A mark of each line on which an accepted step stands: one that changes withdraws the step."""
+    arm_uncommissioned: bool = False
+    """Arm without drivers, chambers, frame and signs accepted. The page shows it in red for as long as it stands."""
 
     def parameters(self, folder: Path) -> RigParameters:
         """What a rig process is started with; actuators' files are looked for in `folder`. Raises ParameterError."""
@@ -46,9 +51,25 @@ class RigFile(Model):
             controller=self.controller,
             limits=self.limits,
             twin=self.twin,
-            hardware=Hardware(motion_capture=self.motion_capture, valves=self.valves),
+            hardware=Hardware(
+                motion_capture=self.motion_capture, valves=self.valves, commissioned=self._commissioned(folder)
+            ),
         )
         return rig.with_actuator(self.found_actuator(folder))
+
+    def values(self, folder: Path) -> dict[str, Any]:
+        """All that it says as plain values, the actuator as it is found in `folder`. Raises ParameterError."""
+        return self.model_dump(mode="json") | {"actuator": self.found_actuator(folder).model_dump(mode="json")}
+
+    def withdrawn(self, folder: Path) -> dict[steps.StepName, str]:
+        """Steps that were accepted and stand no longer, and why. Raises ParameterError."""
+        return steps.withdrawn(self.commissioned, self.stands_on, self.values(folder))
+
+    def _commissioned(self, folder: Path) -> steps.Commissioned:
+        standing = self.commissioned.keys() - self.withdrawn(folder).keys()
+        if standing >= set(steps.GATE):
+            return "accepted"
+        return "waived" if self.arm_uncommissioned else "missing"
 
     def found_actuator(self, folder: Path) -> Actuator:
         """The actuator that it names or holds; ParameterError where there is none."""
@@ -92,6 +113,15 @@ def changed(text: str, changes: dict[str, Any], source: str) -> str:
         raise ParameterError(f"{source} cannot be changed: {error}") from error
     parse_rig_file(found, source)
     return found
+
+
+def noted(text: str, path: Path, *accepted: steps.StepName) -> str:
+    """The rig file `text`, to lie at `path`, with new marks of what was just `accepted`, and of no step that is not."""
+    rig = parse_rig_file(text, path.name)
+    stands_on = {step: known for step, known in rig.stands_on.items() if step in rig.commissioned}
+    values = rig.values(path.parent)
+    stands_on |= {step: steps.marks(step, values) for step in accepted if step in rig.commissioned}
+    return text if stands_on == rig.stands_on else changed(text, {"stands_on": stands_on}, path.name)
 
 
 def write_rig_file(path: Path, text: str) -> None:

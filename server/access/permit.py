@@ -37,6 +37,8 @@ class Permit:
     """The page of its holder gave a fresh sign of presence; whether that counts, as the operator's."""
     signed: bool = False
     """It was made by such a sign."""
+    commissioning: bool = False
+    """A step of the commissioning asks by it: it may arm what is not commissioned."""
 
     @property
     def name(self) -> str:

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field as Bounds
 
+from controller.schema.commissioned import StepName
 from controller.schema.layout import Model
 from controller.schema.parameters import ObserverKappa, PlantKind
 from controller.schema.rig_file import SIZE_MAX, RigFile
@@ -28,6 +29,8 @@ class RigFileState(Model):
     """Why it cannot be read or changed here, "" if it can."""
     in_force: bool
     """The rig runs with what it says now."""
+    withdrawn: dict[StepName, str] = Bounds(default={})
+    """Steps of the commissioning that were accepted and stand no longer, and why."""
 
 
 class ActuatorBody(Model):

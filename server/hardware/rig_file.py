@@ -54,10 +54,11 @@ class RigFileKeeper:
             found = parse_rig_file(text, path.name)
             info = self.change.rig.info
             runs = info is not None and found.parameters(path.parent) == info.parameters
+            withdrawn = found.withdrawn(path.parent)
         except (OSError, UnicodeDecodeError, ParameterError) as error:
             return RigFileState(path=str(path), text=text, rig=None, reason=str(error), in_force=False)
         reason = restart_files.why_none(self.change.settings.restarts, "--rig FILE")
-        return RigFileState(path=str(path), text=text, rig=found, reason=reason, in_force=runs)
+        return RigFileState(path=str(path), text=text, rig=found, reason=reason, in_force=runs, withdrawn=withdrawn)
 
     async def write(self, text: str, permit: Permit) -> None:
         """Put `text` in the file's place and start the rig with it.

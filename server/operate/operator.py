@@ -271,7 +271,8 @@ class Operator:
         if signs and (signed is job.permit or signed.stands()):
             # The rig takes only a number above all that it has seen, of any server.
             presence = max(presence, int(newest["presence"])) + signs
-        changes: dict[str, Any] = {"n": last.n + 1, "presence": presence}
+        commissioning = int(job.permit is not None and job.permit.commissioning)
+        changes: dict[str, Any] = {"n": last.n + 1, "presence": presence, "commissioning": commissioning}
         if job.request != Request.NONE:
             used = max(last.request_n, int(newest["request_n"]), self.stopper.passed(last.boot))
             changes |= {"request": job.request, "request_n": used + 1}

@@ -5,12 +5,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from controller.schema.rig_file import noted
 from controller.virtual.process import VirtualProcess
 from tests.e2e.product import Product
 from tests.turns import VIRTUAL_RIG, turn
 
 FILE = """
 name = "devices-{number}"
+arm_uncommissioned = true
 [motion_capture]
 driver = "natnet"
 rods = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10]
@@ -36,6 +38,7 @@ def driven(folder: Path) -> Iterator[tuple[Product, VirtualProcess]]:
     """Both running, and ended in order."""
     with turn(VIRTUAL_RIG), (folder / "virtual.log").open("wb") as output:
         virtual = VirtualProcess(FILE.format(number=os.getpid()), folder, output)
+        virtual.path.write_text(noted(virtual.path.read_text(), virtual.path, "drivers"))
         try:
             with Product(folder, rig_file=virtual.path) as product:
                 yield product, virtual

@@ -5,8 +5,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from controller.schema.commissioned import StepName
 from controller.schema.modes import Law, Mode
-from controller.schema.rig_file import RigFile, read_rig_file
+from controller.schema.rig_file import RigFile, noted, read_rig_file
 from tests.server.live_server import Live, Page, TestServer, free_environment, taken, wait_for
 
 RIG = """# our bench
@@ -70,10 +71,10 @@ class Bench:
     def rig(self) -> RigFile:
         return read_rig_file(self.file)
 
-    def accepted(self, *steps: str) -> None:
+    def accepted(self, *steps: StepName) -> None:
         """As if these had been accepted."""
         lines = "".join(f'{step} = "accepted before"\n' for step in steps)
-        self.file.write_text(f"{RIG}[commissioned]\n{lines}")
+        self.file.write_text(noted(f"{RIG}[commissioned]\n{lines}", self.file, *steps))
 
 
 @contextmanager

@@ -14,10 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from controller.realtime.ring import CAPACITY, find_ring
-from controller.schema.rig_file import changed
+from controller.schema.commissioned import STEPS
+from controller.schema.rig_file import changed, noted
 from controller.virtual.process import VirtualProcess
 from server.campaign import trace
 from server.campaign.person import Person
+from server.campaign.rows.wires import WAIVED
 from server.campaign.table import GAP
 from server.campaign.waiting import Failed, wait
 from tests.server.live_server import PATIENT
@@ -80,7 +82,8 @@ def changes(rig: str) -> list[str]:
 def stack(folder: Path, text: str = "", believed: dict[str, Any] | None = None) -> Iterator[Stack]:
     """On the virtual rig of the rig file `text`; on the twin with "". Everything that it writes is in `folder`.
 
-    `believed`: what the rig's own file says otherwise, as before a commissioning ("motion_capture.frame": {}).
+    `believed`: what the rig's own file says otherwise, as before a commissioning ("motion_capture.frame": {}); without,
+    it is armed though it was not commissioned.
     """
     with turn(VIRTUAL_RIG) if text else nullcontext(), _started(folder, text, believed) as one:
         yield one
@@ -91,9 +94,10 @@ def _started(folder: Path, text: str, believed: dict[str, Any] | None) -> Iterat
     folder.mkdir(parents=True, exist_ok=True)
     ready, log = folder / "up.json", (folder / "output.log").open("wb")
     own = text.replace('name = "virtual"', f'name = "virtual-{os.getpid()}"')  # another test may run one, too
+    own = own if believed else WAIVED + own
     virtual = VirtualProcess(own + LIMITS, folder, log) if text else None
     if virtual and believed:
-        virtual.path.write_text(changed(virtual.path.read_text(), believed, "the believed rig"))
+        virtual.path.write_text(noted(changed(virtual.path.read_text(), believed, "it"), virtual.path, *STEPS))
     name = virtual.rig.name if virtual else f"twin-{os.getpid()}"
     rig = [str(virtual.path)] if virtual else [name, "--loop-gap", str(GAP)]
     given = ["--rig", *rig, "--port", "0", "--no-browser", "--ready", str(ready)]

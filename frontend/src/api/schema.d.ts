@@ -3154,6 +3154,13 @@ export interface components {
     Hardware: {
       motion_capture: components["schemas"]["MotionCapture"];
       valves: components["schemas"]["Valves"];
+      /**
+       * Commissioned
+       * @description Whether drivers, chambers, frame and signs were accepted: without, the rig is armed for those steps only.
+       * @default missing
+       * @enum {string}
+       */
+      commissioned: "missing" | "waived" | "accepted";
     };
     /**
      * Health
@@ -5102,6 +5109,22 @@ export interface components {
       commissioned: {
         [key: string]: string;
       };
+      /**
+       * Stands On
+       * @description A mark of each line on which an accepted step stands: one that changes withdraws the step.
+       * @default {}
+       */
+      stands_on: {
+        [key: string]: {
+          [key: string]: string;
+        };
+      };
+      /**
+       * Arm Uncommissioned
+       * @description Arm without drivers, chambers, frame and signs accepted. The page shows it in red for as long as it stands.
+       * @default false
+       */
+      arm_uncommissioned: boolean;
     };
     /**
      * RigFileState
@@ -5127,6 +5150,14 @@ export interface components {
        * @description The rig runs with what it says now.
        */
       in_force: boolean;
+      /**
+       * Withdrawn
+       * @description Steps of the commissioning that were accepted and stand no longer, and why.
+       * @default {}
+       */
+      withdrawn: {
+        [key: string]: string;
+      };
     };
     /**
      * RigFileText
@@ -6022,6 +6053,11 @@ export interface components {
        * @description What the rig lacks until this step is done, as "frame assumed, not measured"; "" once it is.
        */
       lacks: string;
+      /**
+       * Withdrawn
+       * @description Why it stands no longer though it was accepted, as "valves.chambers changed since it was accepted"; else "".
+       */
+      withdrawn: string;
       /**
        * Needs
        * @description What is missing to begin; empty: it may be started.

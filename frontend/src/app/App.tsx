@@ -1,7 +1,7 @@
 import { Loader, SegmentedControl, Tabs } from "@mantine/core";
 import { memo, useEffect, useState, type ComponentType } from "react";
 import { Login } from "./Login";
-import { CommissioningBar, Lacking } from "../hardware/commissioning/CommissioningBar";
+import { CommissioningBar, Lacking, WaivedBar } from "../hardware/commissioning/CommissioningBar";
 import { isHardware } from "../hardware/commissioning/commissioning";
 import { useCommissioningState } from "../hardware/commissioning/useCommissioning";
 import { HealthPanel } from "../health/HealthPanel";
@@ -102,6 +102,7 @@ function Bench() {
         </Part>
         <Part name="Commissioning">
           <CommissioningBar />
+          <WaivedBar />
         </Part>
         {view === "review" ? (
           <Part name="Latched state">

@@ -2,7 +2,14 @@ import { expect, test, vi } from "vitest";
 import { api } from "../api/rest";
 import { RigFileEditor, standing, type RigFileState } from "./rigFile";
 
-const disk: RigFileState = { path: "/lab/rig.toml", text: "a = 1\n", rig: null, reason: "", in_force: true };
+const disk: RigFileState = {
+  path: "/lab/rig.toml",
+  text: "a = 1\n",
+  rig: null,
+  reason: "",
+  in_force: true,
+  withdrawn: {},
+};
 
 test("it is said whether the file is in force, differs from what runs, or is changed here", () => {
   expect(standing({ disk, base: null, draft: disk.text })).toMatch(/^In force/);

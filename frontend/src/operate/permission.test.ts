@@ -18,6 +18,7 @@ const operating: Situation = {
     locked: false,
     macro: false,
     twin: true,
+    uncommissioned: false,
     paused: false,
   },
 };
@@ -30,6 +31,15 @@ test("a connection by which nothing comes is no connection, whatever the rig doe
   const lost = { ...operating, unheard: true, rigLive: false };
   expect(whyNot("arm", lost)).toBe("No connection to the server");
   expect(whyNot("arm", { ...operating, rigLive: false })).toBe("The rig does not answer");
+});
+
+test("devices whose frame and signs no one accepted are armed by their commissioning alone", () => {
+  const fresh = { ...operating, twin: false, uncommissioned: true };
+  expect(whyNot("arm", fresh)).toBe(
+    "Not commissioned: accept drivers, chambers, frame and signs first (Rig tab)",
+  );
+  for (const control of ["disarm", "hold", "e_stop"] as const)
+    expect(whyNot(control, { ...fresh, mode: MODE.FOLLOW })).toBeNull();
 });
 
 test("each state allows just its own ways out", () => {

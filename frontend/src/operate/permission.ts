@@ -23,6 +23,8 @@ export interface Situation {
   /** The rig is a twin, and whether its time stands still. */
   readonly twin: boolean;
   readonly paused: boolean;
+  /** Of a rig of devices whose frame, signs or chambers no one has accepted: its commissioning alone arms it. */
+  readonly uncommissioned: boolean;
   /** A macro runs. */
   readonly macro: boolean;
   /** No one touched the page for as long as its user chose. */
@@ -46,6 +48,7 @@ export function situation(page: Page): Situation {
     locked,
     macro,
     twin,
+    uncommissioned: page.rig?.parameters.hardware?.commissioned === "missing",
     paused: isPaused(page),
   };
 }
@@ -64,6 +67,7 @@ export function useWhyNot(control: Control): string | null {
 const BEGINNINGS = new Set<Control>(["arm", "follow", "clear", "drag", "run"]);
 /** Why Follow alone does nothing while the held clutch is on. */
 const CLUTCHED = "Held clutch is on: hold the target, an arrow key or the gamepad's button";
+const UNCOMMISSIONED = "Not commissioned: accept drivers, chambers, frame and signs first (Rig tab)";
 /** Why a viewer's session may not. */
 const LOOKING = "The viewer's token is for looking and for the E-STOP";
 
@@ -84,6 +88,7 @@ export function whyNot(control: Control, now: Situation): string | null {
   if (!now.rigLive || now.mode === null) return "The rig does not answer";
   if (control === "time") return now.twin ? null : "Only a twin's time can stand still: this rig is hardware";
   if (now.paused && BEGINNINGS.has(control)) return "The twin is paused: let it go on first (P)";
+  if (control === "arm" && now.uncommissioned && now.mode === MODE.VENTED) return UNCOMMISSIONED;
   return whyNotInMode(control, now.mode) ?? (control === "follow" && now.clutch ? CLUTCHED : null);
 }
 

@@ -55,7 +55,10 @@ ON_SERIAL = (
     "markers-swapped",
     "markers-ghosts",
 )
-RIGS = dict.fromkeys(ON_SERIAL, SERIAL) | {"modbus-timeout": MODBUS, "udp-silent": UDP, "markers-unnamed-swap": MODBUS}
+ON_OTHERS = {"modbus-timeout": MODBUS, "udp-silent": UDP, "markers-unnamed-swap": MODBUS}
+WAIVED = "arm_uncommissioned = true\n"
+"""A virtual rig is as its file says."""
+RIGS = {name: WAIVED + rig for name, rig in (dict.fromkeys(ON_SERIAL, SERIAL) | ON_OTHERS).items()}
 """The virtual rig that each of these faults needs."""
 
 OUT = 2.0

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from controller.errors import CommandRefused
+from controller.schema.commissioned import changed_lines
 from controller.schema.modes import Mode
 from controller.schema.rig_file import RigFile
 from controller.system.whole_file import write_whole
@@ -65,7 +66,7 @@ class Commissioning:
         """Where it stands."""
         file = await asyncio.to_thread(self._file.state)
         seen, run = self._seen(file), self._run
-        missing = lacking(file.rig)
+        missing = lacking(file)
         return CommissioningState(
             available=file.rig is not None and not file.reason,
             reason=file.reason,
@@ -133,10 +134,11 @@ class Commissioning:
             file = await asyncio.to_thread(self._file.state)
             if file.rig is None:
                 raise CommandRefused(file.reason)
+            await asyncio.to_thread(_require_same, step, result, file)
             await self._write_files(result)
             changed = any(value_of(file.rig, field) != value for field, value in result.changes.items())
             gone = resting_on(step) - {step} if changed else set()
-            await self._file.change(_accepted(step, result, file.rig, gone), permit)
+            await self._file.change(_accepted(step, result, file.rig, gone), permit, step)
             await self._keep_mode(result)
             await asyncio.to_thread(self._store.forget, gone)
         self._context.events.add(f"{permit.name}: commissioning, {TITLES[step]} accepted: {result.text}")
@@ -221,6 +223,15 @@ def _accepted(step: StepName, result: KeptResult, rig: RigFile, gone: set[StepNa
     if not result.again:
         told[step] = result.text[:KEPT_TEXT]
     return {**_taken_back(rig, gone), **result.changes, "commissioned": told}
+
+
+def _require_same(step: StepName, result: KeptResult, file: RigFileState) -> None:
+    """CommandRefused where the file has other lines now than `result` was found with, but for those that it writes."""
+    assert file.rig is not None
+    lines = changed_lines(step, result.stands_on, file.rig.values(Path(file.path).parent))
+    written = {f"{field}." for field in result.changes}
+    if others := [line for line in lines if not any(field.startswith(f"{line}.") for field in written)]:
+        raise CommandRefused(f"{' and '.join(others)} changed since {TITLES[step]} was done: do it again")
 
 
 def _taken_back(rig: RigFile, gone: set[StepName]) -> dict[str, object]:

@@ -6,11 +6,10 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field as Bounds
 from pydantic import JsonValue
 
+from controller.schema.commissioned import STEPS as STEPS
+from controller.schema.commissioned import StepName as StepName
 from controller.schema.layout import Model
 
-StepName = Literal["drivers", "jog", "frame", "signs", "pressure", "statics", "decay", "identify", "closed_loop"]
-STEPS: tuple[StepName, ...] = get_args(StepName)
-"""In the order in which they are done."""
 TITLES: dict[StepName, str] = {
     "drivers": "Drivers",
     "jog": "Chambers",
@@ -113,6 +112,8 @@ class StepView(Model):
     """What `accept` would write, or has written."""
     lacks: str
     """What the rig lacks until this step is done, as "frame assumed, not measured"; "" once it is."""
+    withdrawn: str
+    """Why it stands no longer though it was accepted, as "valves.chambers changed since it was accepted"; else ""."""
     needs: list[str]
     """What is missing to begin; empty: it may be started."""
     by: str

@@ -17,7 +17,7 @@ from controller.schema.palette import MEASURED, OBSERVER, REFERENCE, css
 from controller.system.origin import our_version
 from controller.text.document import document, joined, table
 from server.hardware.commissioning.messages import CHAMBERS, STEPS, TITLES, Number, StepName
-from server.hardware.commissioning.steps import ABOUT, commissioned, lacking
+from server.hardware.commissioning.steps import ABOUT, lacking, standing
 from server.hardware.commissioning.store import Kept, KeptResult
 from server.hardware.messages import RigFileState
 
@@ -59,18 +59,20 @@ def _about(info: RigInfo | None) -> Markup:
 
 
 def _missing(file: RigFileState) -> Markup:
-    missing = lacking(file.rig)
+    missing = lacking(file)
     if not missing:
         return Markup("<p>The rig is commissioned: every step was accepted.</p>")
     return FAULT.format(f"Missing: {'; '.join(missing)}.")
 
 
 def _overview(file: RigFileState, kept: Kept) -> Markup:
-    told = commissioned(file.rig)
+    told = standing(file)
     rows = []
     for step in STEPS:
         result = kept.results.get(step)
         text = result.text if result else told.get(step, "not done")
+        if step in file.withdrawn:
+            text = f"withdrawn, {file.withdrawn[step]}: {text}"
         when = f"{result.at:%Y-%m-%d %H:%M}" if result else ""
         rows.append((TITLES[step], text, "yes" if step in told else "no", result.by if result else "", when))
     return table(("step", "result", "accepted", "by", "at (UTC)"), rows, ())

@@ -6,7 +6,7 @@ the loop: it comes to rest and vents first, then the settings are put back.
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator
+from controller.schema.commissioned import marks
 from controller.schema.hardware import Drivers
 from controller.schema.modes import Cause, Mode, Request
 from controller.schema.parameters import RigParameters
@@ -58,7 +59,8 @@ class StepRun(Procedure):
         self, step: StepName, body: StartBody, permit: Permit, file: RigFile, folder: Path, parts: StepContext
     ):
         """`folder` of the rig `file`. RigUnreachable before the first contact."""
-        super().__init__(parts.procedures.context, f"commissioning, {TITLES[step]}", permit, lasting=True)
+        starter = replace(permit, commissioning=True)
+        super().__init__(parts.procedures.context, f"commissioning, {TITLES[step]}", starter, lasting=True)
         self.step, self.body, self.file, self.folder, self.parts = step, body, file, folder, parts
         self.act: Callable[[StepRun], Awaitable[Found]]
         """What it does."""
@@ -109,7 +111,9 @@ class StepRun(Procedure):
         if found is None or self.state == "ended":
             found = Found(False, f"ended at “{self.doing}”: {self.reason}")
         before = {field: value_of(self.file, field) for field in found.changes}
-        result = KeptResult(**found._asdict(), before=before, by=self.starter.name, at=datetime.now(UTC))
+        values = await asyncio.to_thread(self.file.values, self.folder)
+        about = {"before": before, "stands_on": marks(self.step, values), "by": self.starter.name}
+        result = KeptResult(**found._asdict(), **about, at=datetime.now(UTC))
         try:
             await asyncio.to_thread(self.parts.store.keep, self.step, result)
         except OSError as error:

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from controller.schema.commissioned import RESTS_ON
 from controller.schema.modes import Mode
-from controller.schema.rig_file import RigFile
 from server.hardware.commissioning.messages import STEPS, TITLES, Change, StepName, StepView
 from server.hardware.commissioning.store import KeptResult
 from server.hardware.messages import RigFileState
@@ -15,55 +15,44 @@ class About(NamedTuple):
 
     purpose: str
     lacks: str
-    rests_on: tuple[StepName, ...]
-    """Steps that must have been accepted before; going back behind one of them forgets this one, too."""
 
 
 ABOUT: dict[StepName, About] = {
     "drivers": About(
         "Both drivers run at their rate for 2 s, and lose almost nothing.",
         "drivers not checked",
-        (),
     ),
     "jog": About(
         "Fill one chamber after another at low pressure, while a button is held, and say which one fills.",
         "chambers not confirmed",
-        ("drivers",),
     ),
     "frame": About(
         "Touch the base, then the tip at rest, then let u1+ bend the actuator: this is the plane's frame.",
         "frame assumed, not measured",
-        ("jog",),
     ),
     "signs": About(
         "With that frame u1+ and u2+ must both move the tip to +y.",
         "signs of both pairs not checked",
-        ("frame",),
     ),
     "pressure": About(
         "Steps of pressure in each chamber, from which dead time, lag and, for raw valves, the loop's gains follow.",
         "dead time and lag assumed, not measured",
-        ("jog",),
     ),
     "statics": About(
         "A slow sweep over both torques in open loop, with the poses at rest.",
         "no static poses measured",
-        ("signs", "pressure"),
     ),
     "decay": About(
         "Releases from bent poses, and how the actuator swings to rest.",
         "no free decays measured",
-        ("signs", "pressure"),
     ),
     "identify": About(
         "Stiffness and damping of the actuator from the poses and the decays.",
         "actuator assumed, not identified",
-        ("statics", "decay"),
     ),
     "closed_loop": About(
         "A small slow circle under feedback, at half the gains and at most 0.05 m/s.",
         "no closed loop tried",
-        ("identify",),
     ),
 }
 STILL_STEPS = ("identify",)
@@ -84,7 +73,7 @@ class Seen(NamedTuple):
 
 def step_view(step: StepName, seen: Seen) -> StepView:
     """One step as the page shows it."""
-    result, told = seen.results.get(step), commissioned(seen.file.rig).get(step)
+    result, told = seen.results.get(step), standing(seen.file).get(step)
     done = result.good if result else told is not None
     state = "running" if seen.running == step else "done" if done else "failed" if result else "todo"
     return StepView(
@@ -96,7 +85,8 @@ def step_view(step: StepName, seen: Seen) -> StepView:
         result=result.text if result else told or "",
         numbers=result.numbers if result else [],
         writes=_writes(result),
-        lacks=lacks(step, seen.file.rig),
+        lacks=lacks(step, seen.file),
+        withdrawn=seen.file.withdrawn.get(step, ""),
         needs=needs(step, seen),
         by=result.by if result else "",
         at=result.at if result else None,
@@ -110,8 +100,8 @@ def needs(step: StepName, seen: Seen) -> list[str]:
     found = []
     if seen.running is not None:
         found.append(f"{TITLES[seen.running]} is under way: stop it first")
-    done = commissioned(seen.file.rig)
-    found += [f"{TITLES[one]} must be accepted first" for one in ABOUT[step].rests_on if one not in done]
+    done = standing(seen.file)
+    found += [f"{TITLES[one]} must be accepted first" for one in RESTS_ON[step] if one not in done]
     if not seen.in_force:
         found.append("the rig does not run with what the rig file says: put it in force first")
     if seen.mode is None:
@@ -121,22 +111,20 @@ def needs(step: StepName, seen: Seen) -> list[str]:
     return found
 
 
-def lacks(step: StepName, rig: RigFile | None) -> str:
-    """What the rig lacks until `step` is done, "" once it is."""
-    if rig is None:
-        return ABOUT[step].lacks
-    flags = {"frame": rig.motion_capture.frame.measured, "pressure": rig.valves.measured}
-    return "" if step in rig.commissioned and flags.get(step, True) else ABOUT[step].lacks
+def lacks(step: StepName, file: RigFileState) -> str:
+    """What the rig lacks until `step` is done, "" once it is and as long as it stands."""
+    return "" if step in standing(file) else ABOUT[step].lacks
 
 
-def lacking(rig: RigFile | None) -> list[str]:
+def lacking(file: RigFileState) -> list[str]:
     """What the rig lacks, in the order of the steps."""
-    return [text for step in STEPS if (text := lacks(step, rig))]
+    return [text for step in STEPS if (text := lacks(step, file))]
 
 
-def commissioned(rig: RigFile | None) -> dict[str, str]:
-    """Steps that were accepted, and what came of them."""
-    return rig.commissioned if rig else {}
+def standing(file: RigFileState) -> dict[str, str]:
+    """Steps that were accepted and stand, and what came of them."""
+    accepted = file.rig.commissioned if file.rig else {}
+    return {step: text for step, text in accepted.items() if step not in file.withdrawn}
 
 
 def _writes(result: KeptResult | None) -> list[Change]:
@@ -150,6 +138,6 @@ def resting_on(step: StepName) -> set[StepName]:
     """`step` and all that rest on it, directly or not."""
     found = {step}
     for name in STEPS:  # in their order: each rests on earlier ones
-        if found & set(ABOUT[name].rests_on):
+        if found & set(RESTS_ON[name]):
             found.add(name)
     return found

@@ -9,13 +9,14 @@ from typing import Annotated, Any, NamedTuple, Protocol
 from pydantic import Field as Bounds
 from pydantic import JsonValue
 
-from controller.errors import CommandRefused, ParameterError
+from controller.errors import CommandRefused
+from controller.schema.commissioned import StepName, value_at
 from controller.schema.layout import Model
 from controller.schema.parameters import Settings
-from controller.schema.rig_file import RigFile, changed, parse_rig_file, write_rig_file
+from controller.schema.rig_file import RigFile, changed, noted, parse_rig_file, write_rig_file
 from controller.system.state_file import StateFile
 from server.access.permit import Permit
-from server.hardware.commissioning.messages import Number, StepName
+from server.hardware.commissioning.messages import Number
 from server.hardware.messages import RigFileState
 
 KEPT_TEXT = 200
@@ -49,6 +50,8 @@ class KeptResult(Model):
     """Values of the rig file in the place of `changes`."""
     data: Annotated[dict[str, JsonValue], Bounds(default_factory=dict)]
     again: bool = False
+    stands_on: Annotated[dict[str, str], Bounds(default_factory=dict)]
+    """A mark of each line of the rig file with which it was done."""
     by: str
     at: datetime
 
@@ -122,8 +125,8 @@ class CommissionedFile:
         """What lies there now."""
         return self.keeper.state()
 
-    async def change(self, changes: dict[str, Any], permit: Permit) -> None:
-        """Change values; the rig starts again only where it is described otherwise by that.
+    async def change(self, changes: dict[str, Any], permit: Permit, *accepted: StepName) -> None:
+        """Change values, and note the lines under what is `accepted` by it; the rig starts again where that needs it.
 
         Raises CommandRefused where there is no file, or the rig cannot start now; ParameterError naming the bound.
         """
@@ -131,7 +134,7 @@ class CommissionedFile:
         if found.rig is None:
             raise CommandRefused(found.reason)
         path = Path(found.path)
-        text = changed(found.text, changes, path.name)
+        text = noted(changed(found.text, changes, path.name), path, *accepted)
         wanted = parse_rig_file(text, path.name)
         if wanted.parameters(path.parent) != found.rig.parameters(path.parent):
             return await self.keeper.write(text, permit)
@@ -144,10 +147,4 @@ class CommissionedFile:
 
 def value_of(rig: RigFile, field: str) -> JsonValue:
     """What the rig file has at `field`, as "valves.chambers"; ParameterError where there is no such field."""
-    at: Any = rig.model_dump(mode="json")
-    for name in field.split("."):
-        if not isinstance(at, dict) or name not in at:
-            raise ParameterError(f"a rig file has no {field}")
-        at = at[name]
-    found: JsonValue = at
-    return found
+    return value_at(rig.model_dump(mode="json"), field)

@@ -1,4 +1,5 @@
-import { IconPlayerStopFilled, IconTool } from "@tabler/icons-react";
+import { IconAlertTriangle, IconPlayerStopFilled, IconTool } from "@tabler/icons-react";
+import { usePage } from "../../live/page";
 import { ControlButton } from "../../operate/ControlButton";
 import { useService } from "../../ui/services";
 import { Commissioning } from "./commissioning";
@@ -32,6 +33,18 @@ export function CommissioningBar() {
       >
         Stop
       </ControlButton>
+    </div>
+  );
+}
+
+/** To everyone, for as long as it is so: the rig file lets the rig arm without what its commissioning finds. */
+export function WaivedBar() {
+  const waived = usePage((page) => page.rig?.parameters.hardware?.commissioned === "waived");
+  if (!waived) return null;
+  return (
+    <div className="over-page over-page-bad" role="status" data-testid="arms-uncommissioned">
+      <IconAlertTriangle size={18} aria-hidden />
+      <span>Arms without commissioning (arm_uncommissioned in the rig file)</span>
     </div>
   );
 }

@@ -54,6 +54,11 @@ function StepBody({ step, state, refusal }: Omit<Props, "open" | "toggle">) {
   return (
     <>
       <p className="step-purpose">{step.purpose}</p>
+      {step.withdrawn === "" ? null : (
+        <p data-grade="bad" data-testid={`step-withdrawn-${step.name}`}>
+          Accepted once, and withdrawn: {step.withdrawn}
+        </p>
+      )}
       {running || MOVES[step.name] === "" ? null : <p className="note">{MOVES[step.name]}</p>}
       {running ? (
         <Running state={state} step={step} />

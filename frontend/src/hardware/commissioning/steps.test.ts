@@ -23,6 +23,7 @@ const step: StepView = {
   numbers: [],
   writes: [],
   lacks: "drivers not checked",
+  withdrawn: "",
   needs: [],
   by: "",
   at: null,

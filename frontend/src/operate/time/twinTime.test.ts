@@ -30,7 +30,7 @@ function made(twin: boolean) {
   const page = new Store<Page>({
     ...EMPTY_PAGE,
     ...{ online: true, rigLive: true, mode: MODE.HOLD, health: HEALTH },
-    rig: { twin } as Page["rig"],
+    rig: { twin, parameters: {} } as Page["rig"],
     lease: { ...EMPTY_PAGE.lease, held: true, mine: true },
   });
   const time = new TwinTime(page, new Operations(page, () => undefined));

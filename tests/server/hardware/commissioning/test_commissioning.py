@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from controller.schema.commissioned import marks
 from controller.schema.hardware import Drivers, DriverStatus
 from controller.schema.modes import Law, Mode
 from controller.schema.parameters import RigParameters
-from controller.schema.rig_file import changed
+from controller.schema.rig_file import changed, noted
 from server.hardware.commissioning import pressure
 from server.hardware.commissioning.messages import CHAMBERS, STEPS
 from server.hardware.commissioning.store import KeptResult
@@ -116,15 +117,33 @@ def test_a_chamber_fills_only_while_its_button_is_held_and_what_filled_becomes_t
     assert "# at the left side" in bench.file.read_text()
     step = bench.step("jog")
     assert (step["accepted"], step["lacks"], step["by"]) == (True, "", found["by"])
-    bench.file.write_text(bench.file.read_text() + 'frame = "seen with the other order"\n')
+    told = {**bench.rig().commissioned, "frame": "seen with the other order"}
+    bench.file.write_text(changed(bench.file.read_text(), {"commissioned": told}, bench.file.name))
     taken(bench.post("jog", "accept"))  # once more, and nothing changes by it
-    assert "frame" in bench.rig().commissioned
+    assert "frame" in bench.rig().commissioned and not bench.step("frame")["accepted"]  # no one noted on what it stands
     bench.file.write_text(bench.file.read_text().replace("0, 1, 3, 2", "0, 1, 2, 3"))
+    edited = bench.step("jog")
+    assert (edited["accepted"], edited["lacks"]) == (False, "chambers not confirmed")
+    assert edited["withdrawn"] == "valves.chambers changed since it was accepted"
     taken(bench.post("jog", "accept"))
     assert set(bench.rig().commissioned) == {"drivers", "jog"} and bench.rig().valves.chambers == (0, 1, 3, 2)
     taken(bench.post("drivers", "back"))
     assert bench.rig().commissioned == {} and bench.step("jog")["state"] == "todo"
-    assert bench.state()["jog"] is None
+    assert bench.state()["jog"] is None and bench.rig().stands_on == {}
+
+
+def test_a_result_is_not_accepted_once_another_line_under_it_has_changed(bench: Bench) -> None:
+    text = bench.file.read_text()
+    note = KeptResult(good=True, text="both run", stands_on=marks("drivers", bench.rig().values(bench.file.parent)),
+                      by="ann", at=datetime.now(UTC))  # fmt: skip
+    bench.server.services.commissioning._store.keep("drivers", note)
+    bench.file.write_text(text.replace("127.0.0.1", "127.0.0.9"))
+    refused = bench.post("drivers", "accept")
+    assert refused.status_code == 409
+    assert refused.json()["detail"] == "motion_capture.options changed since Drivers was done: do it again"
+    bench.file.write_text(text)
+    taken(bench.post("drivers", "accept"))
+    assert bench.step("drivers")["accepted"]
 
 
 @pytest.mark.parametrize("stop", ["e_stop", "hold", "stop", "target", "settings", "release", "leave"])
@@ -345,7 +364,8 @@ def test_an_actuator_identified_anew_is_put_in_force_and_asks_for_what_rests_on_
     first, file = named(), bench.file.parent / str(bench.rig().actuator)
     order.unlink()
     told = {**bench.rig().commissioned, "closed_loop": "accepted before"}
-    bench.file.write_text(changed(bench.file.read_text(), {"commissioned": told}, bench.file.name))
+    text = changed(bench.file.read_text(), {"commissioned": told}, bench.file.name)
+    bench.file.write_text(noted(text, bench.file, "closed_loop"))
 
     identified(1.3)
     taken(bench.page.post("/api/recordings", json={}))

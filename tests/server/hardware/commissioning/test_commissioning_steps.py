@@ -9,6 +9,7 @@ import pytest
 
 from controller.errors import CommandRefused, ParameterError
 from controller.schema.actuator import PRESETS
+from controller.schema.commissioned import RESTS_ON
 from controller.schema.hardware import Drivers, DriverStatus, Frame, MotionCapture, PressureLoop, Valves
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
@@ -288,17 +289,24 @@ def test_going_back_forgets_what_rests_on_a_step_and_nothing_else() -> None:
     assert resting_on("pressure") == {"pressure", "statics", "decay", "identify", "closed_loop"}
     assert resting_on("closed_loop") == {"closed_loop"}
     for step in STEPS:  # each rests on earlier ones
-        assert all(STEPS.index(one) < STEPS.index(step) for one in ABOUT[step].rests_on)
+        assert all(STEPS.index(one) < STEPS.index(step) for one in RESTS_ON[step])
 
 
 def rig_file(**changes: object) -> RigFile:
     return RigFile(motion_capture=MotionCapture(driver="natnet"), valves=Valves(driver="serial"), **changes)  # type: ignore[arg-type]
 
 
-def test_a_fresh_rig_lacks_every_step_and_one_whose_file_says_so_only_what_is_not_measured() -> None:
-    assert lacking(rig_file()) == [ABOUT[step].lacks for step in STEPS]
+def test_a_fresh_rig_lacks_every_step_and_another_one_what_was_withdrawn() -> None:
+    def state(rig: RigFile, **withdrawn: str) -> RigFileState:
+        return RigFileState(path="", text="", rig=rig, reason="", in_force=True, withdrawn=withdrawn)  # type: ignore[arg-type]
+
     said = rig_file(commissioned=dict.fromkeys(STEPS, "done"))
-    assert lacking(said) == [ABOUT["frame"].lacks, ABOUT["pressure"].lacks]  # the file's own values say otherwise
+    assert lacking(state(rig_file())) == [ABOUT[step].lacks for step in STEPS]
+    assert lacking(state(said)) == []
+    assert lacking(state(said, frame="it changed", signs="it rests on frame")) == [
+        "frame assumed, not measured",
+        "signs of both pairs not checked",
+    ]
     assert value_of(said, "motion_capture.frame.measured") is False
     with pytest.raises(ParameterError, match=r"a rig file has no valves\.colour"):
         value_of(said, "valves.colour")
