@@ -26,6 +26,7 @@ from server.hardware.outcomes import OUTCOME_S, Change, OutcomeWatch
 from server.hardware.places import AllowedPlaces
 from server.hardware.rig_file import RigFileKeeper
 from server.health.alarms import JUDGED_S, Alarms, AlarmWatch
+from server.health.energy_balance import EnergyBalance
 from server.health.loop_health import LoopWatch
 from server.health.monitor import HEALTH_S, HealthMonitor
 from server.health.notices import Notices, Webhook
@@ -138,9 +139,10 @@ class Services:
         settings = self.settings
         self.store = Store(settings.recordings or default_folder())
         self.review, self.loop, self.history = Review(self.store, self.reader), LoopWatch(), History()
-        self.on_time = OnTime()
+        self.on_time, self.energy = OnTime(), EnergyBalance()
         self.history.listen(self.loop.add)
         self.history.listen(self.on_time.add)
+        self.history.listen(self.energy.add)
         self.rig = Rig(settings, self.history)
         recording = RecorderSettings(
             settings.rig,
@@ -226,7 +228,7 @@ class Services:
         threads = [part.worker for part in (*parts, *maybe) if part is not None]
         self.monitor = HealthMonitor([self.recorder, *threads], self.scheduler, events)
         doing = (self.recorder, self.runs, self.macros, self.outcomes, self.first_mode)
-        about = (self.on_time, lambda: self.monitor.trouble)
+        about = (self.on_time, self.energy, lambda: self.monitor.trouble)
         self.view = StatusView(rig, self.lease, self.people, self.pages, operator, *doing, *about)
         self.hub = Hub(self.history, self.pages, self.lease, self.view, self.scheduler.guard, self.settings.frame_rate)
 

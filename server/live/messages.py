@@ -46,6 +46,9 @@ class Health(Model):
     """Share of the rig's slots in which its loop ticked, over the last minute, in [0, 1]; null before 5 s were seen."""
     lost: float | None = None
     """Slots of the same time without a tick."""
+    energy_balance: float | None = None
+    """What the observer's energy gained in the last 10 s beyond what its powers gave it [J], which is the integrator's
+    error; null where ticks were lost meanwhile, or the observer was set anew."""
     server: str = ""
     """What in the server itself does not work: a thread, a job of its event loop, that loop; "" when all does."""
 

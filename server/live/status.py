@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from server.access.lease import OperatorLease
 from server.hardware.first_mode.measurement import FirstModeMeasurement
 from server.hardware.outcomes import OutcomeWatch
+from server.health.energy_balance import EnergyBalance
 from server.health.on_time import OnTime
 from server.http.given import given
 from server.http.headers import server_time
@@ -37,6 +38,7 @@ class StatusView:
     outcomes: OutcomeWatch
     first_mode: FirstModeMeasurement
     on_time: OnTime
+    energy: EnergyBalance
     trouble: Callable[[], str]
 
     def health(self) -> Health:
@@ -51,6 +53,7 @@ class StatusView:
             starting=self.outcomes.starting(self.rig.boot()),
             on_time=_known(self.on_time.share),
             lost=_known(self.on_time.lost),
+            energy_balance=_known(self.energy.gained),
             server=self.trouble(),
         )
 

@@ -3209,6 +3209,12 @@ export interface components {
        */
       lost: number | null;
       /**
+       * Energy Balance
+       * @description What the observer's energy gained in the last 10 s beyond what its powers gave it [J], which is the integrator's
+       *     error; null where ticks were lost meanwhile, or the observer was set anew.
+       */
+      energy_balance: number | null;
+      /**
        * Server
        * @description What in the server itself does not work: a thread, a job of its event loop, that loop; "" when all does.
        * @default

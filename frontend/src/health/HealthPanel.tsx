@@ -30,6 +30,7 @@ export function HealthPanel() {
   const link = usePage((page) => page.health?.link_rtt ?? NaN);
   const onTime = usePage((page) => page.health?.on_time ?? NaN);
   const lost = usePage((page) => page.health?.lost ?? NaN);
+  const balance = usePage((page) => page.health?.energy_balance ?? NaN);
   const held = usePage((page) => page.lease.held);
   const loop = useLoopHealth();
   const read: Read = (name, index = 0) => (alive ? (live.telemetry?.at(name, index) ?? NaN) : NaN);
@@ -49,7 +50,7 @@ export function HealthPanel() {
     { measure: "measurementAge", value: read("measurement_age") },
     { measure: "residual", value: read("residual") },
     { measure: "pressureLag", value: loop?.pressure?.filling ?? NaN, also: lag(loop) },
-    { measure: "ledger", value: read("ledger"), also: `H = ${millijoules(read("energy"))}` },
+    { measure: "ledger", value: alive ? balance : NaN, also: `H = ${millijoules(read("energy"))}` },
   ];
   return (
     <div className="panel health-panel" data-testid="health-panel" tabIndex={0}>

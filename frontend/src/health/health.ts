@@ -46,7 +46,7 @@ export interface Gauge {
 const ms = (value: number) => milliseconds(value);
 const age = (value: number) => (value < 10 ? milliseconds(value, 0) : seconds(value));
 const us = (value: number) => microseconds(value * 1e9);
-const microjoules = (value: number) => (Number.isFinite(value) ? `${(value * 1e6).toFixed(1)} µJ` : DASH);
+const millijoules = (value: number) => (Number.isFinite(value) ? `${(value * 1e3).toFixed(3)} mJ` : DASH);
 
 export const GAUGES: Record<Measure, Gauge> = {
   onTime: {
@@ -121,9 +121,10 @@ export const GAUGES: Record<Measure, Gauge> = {
   ledger: {
     name: "energy balance",
     meaning:
-      "Stored energy minus the work of the four powers since the start: what the integrator adds or loses",
+      "What the observer's integrator added in the last 10 s: stored energy minus the work of the four powers. " +
+      "No value where ticks were lost or the observer was set anew meanwhile",
     limits: { amber: 100e-6, red: 1e-3 },
-    show: microjoules,
+    show: millijoules,
   },
 };
 

@@ -36,6 +36,7 @@ test("while the twin is paused its operator continues, and no one else is offere
     starting: "",
     on_time: null,
     lost: null,
+    energy_balance: null,
     server: "",
     paused: true,
   };

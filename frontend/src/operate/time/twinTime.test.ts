@@ -16,6 +16,7 @@ const HEALTH: Page["health"] = {
     starting: "",
     on_time: null,
     lost: null,
+    energy_balance: null,
     server: "",
   },
   paused: false,
