@@ -122,6 +122,8 @@ const GAP = 12;
 const EDGE = 8;
 /** State and E-STOP have the upper edge. */
 const TOP = 60;
+/** Lines and banners that say how the rig stands. */
+const NEWS = ".over-page, .banner";
 /** A control larger than this is pointed at from within. */
 const LARGE = 300;
 
@@ -142,8 +144,20 @@ function place(card: HTMLElement, ring: HTMLElement, selectors: readonly string[
   move(ring, target.left - 4, target.top - 4);
   ring.style.width = `${target.width + 8}px`;
   ring.style.height = `${target.height + 8}px`;
-  const at = cardPlace(target, card.getBoundingClientRect(), window.innerWidth, window.innerHeight);
-  move(card, at.left, at.top);
+  const size = card.getBoundingClientRect();
+  const at = cardPlace(target, size, window.innerWidth, window.innerHeight);
+  const news = [...document.querySelectorAll(NEWS)].map((element) => element.getBoundingClientRect());
+  move(card, at.left, clearOf(news, { ...at, width: size.width, height: size.height }));
+}
+
+/** Upper edge of the card at `at`, lower where it would cover what the page has to say about the rig. */
+export function clearOf(news: readonly Box[], at: Box): number {
+  const covers = (box: Box) =>
+    box.left < at.left + at.width &&
+    at.left < box.left + box.width &&
+    box.top < at.top + at.height &&
+    at.top < box.top + box.height;
+  return Math.max(at.top, ...news.filter(covers).map((box) => box.top + box.height + GAP));
 }
 
 /** Below the control, above it where there is no room, in the lower left corner of a large one. */

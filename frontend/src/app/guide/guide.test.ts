@@ -1,8 +1,16 @@
 import { expect, test } from "vitest";
-import { cardPlace } from "./Guide";
+import { cardPlace, clearOf } from "./Guide";
 
 const box = (left: number, top: number, width: number, height: number) => ({ left, top, width, height });
 const card = box(0, 0, 300, 150);
+
+test("it covers nothing that is said of the rig", () => {
+  const card = { left: 80, top: 100, width: 300, height: 150 };
+  const red = { left: 12, top: 130, width: 200, height: 70 };
+  expect(clearOf([red], card)).toBe(212);
+  expect(clearOf([{ ...red, left: 400 }], card)).toBe(100);
+  expect(clearOf([], card)).toBe(100);
+});
 
 test("the guide's card stands below a control, above it at the bottom, and within a large one", () => {
   expect(cardPlace(box(100, 20, 80, 30), card, 1280, 720)).toEqual({ left: 100, top: 62 });
