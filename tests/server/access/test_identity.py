@@ -235,7 +235,7 @@ def test_one_session_operates_until_it_releases_or_falls_silent() -> None:
     assert lease.acquire(ann)
     assert lease.acquire(ann)
     assert not lease.acquire(bob)
-    assert lease.view(bob).model_dump() == {"held": True, "mine": False, "holder": "ann", "clutch": False}
+    assert lease.view(bob).model_dump() == {"held": True, "mine": False, "holder": "ann", "clutch": False, "lost": ""}
     clock.now = leases.LAPSE_S
     lease.touch(bob)
     lease.touch(ann)

@@ -74,7 +74,7 @@ def test_the_lease_is_of_a_session_and_the_token_that_opened_it() -> None:
     assert (lease.holds(viewer), lease.touch(viewer), lease.release(viewer)) == (False, None, False)
     assert (lease.term_of(operator), lease.term) == (term, term)
     assert viewer.tag != operator.tag
-    lease.give(viewer)
+    lease.give(viewer, "taken over")
     assert (lease.holds(operator), lease.term) == (False, term + 1)
 
 
