@@ -111,6 +111,10 @@ class Device(ABC, Generic[O]):
     """Ours minus the device's [s], as it is now."""
     rejected: int = 0
     """Frames that were none, counted by the driver."""
+    late: int = 0
+    """Answers that came after the driver's timeout and were used, counted by the driver."""
+    notice: str = ""
+    """What an operator should know though it stops nothing, as "answers come after 15 ms, timeout is 10 ms"."""
     period: ClassVar[float] = 0.0
     """For valves: how often `exchange` is called [s]."""
 

@@ -25,6 +25,7 @@ class HardwareDriver:
     def __init__(self, parameters: RigParameters, hardware: Hardware) -> None:
         self.plant: HardwarePlant = build_hardware(hardware.valves, parameters.controller.dt)
         self._hardware, self._length = hardware, parameters.actuator.length
+        self._pressures_lost = parameters.limits.pressures_lost
         self._capture = capture_device(hardware.motion_capture)
         self._valves = valve_device(hardware.valves)
         self._threads: list[DeviceThread] = []
@@ -51,12 +52,25 @@ class HardwareDriver:
         return tuple(thread.status() for thread in self._threads)
 
     def unready(self) -> str:
-        """Why the rig must not be armed, as "valves: no such file: /dev/ttyACM0"; "" where it may."""
+        """Why the rig must not be armed, as "valves: no such file: /dev/ttyACM0"; "" where it may.
+
+        Answers that come late do not hinder it: they are used. Pressures so old that the watchdog would bite do.
+        """
         return "; ".join(
-            f"{one.role.replace('_', ' ')} ({one.driver}) {one.state}{': ' if one.detail else ''}{one.detail}"
+            f"{one.role.replace('_', ' ')} ({one.driver}) {why}"
             for one, thread in zip(self.status(), self._threads, strict=True)
-            if not thread.ready or one.detail
+            if (why := self._too_old(one) if thread.ready else f"{one.state}{': ' if one.detail else ''}{one.detail}")
         )
+
+    def _too_old(self, one: DriverStatus) -> str:
+        """What is wrong with the age of pressures that come, in words; "" where it is not known, too."""
+        if one.role != "valves" or one.latency < 0.0 or one.rate <= 0.0:
+            return ""
+        age = one.latency + 1.0 / one.rate
+        if age <= self._pressures_lost:
+            return ""
+        lost = f"limits.pressures_lost = {1e3 * self._pressures_lost:g} ms"
+        return f"gives pressures that are {1e3 * age:.0f} ms old before the next ones come; {lost}"
 
 
 def expected(row: np.void | None) -> Array:

@@ -72,8 +72,8 @@ class DeviceThread(ABC):
 
     @property
     def ready(self) -> bool:
-        """Whether usable frames come."""
-        return self._state == "running" and 0.0 <= self._age() <= SILENT
+        """Whether usable frames come and the device obeys; what it only gives notice of hinders no one."""
+        return self._state == "running" and 0.0 <= self._age() <= SILENT and not self._detail
 
     def status(self) -> DriverStatus:
         """How it fares now."""
@@ -88,7 +88,7 @@ class DeviceThread(ABC):
             driver=self._driver,
             device=self.device.name,
             state=state,
-            detail=self._detail or ("nothing usable comes" if state == "silent" else ""),
+            detail=self._detail or ("nothing usable comes" if state == "silent" else self.device.notice),
             capabilities=self.device.capabilities,
             rate=1e9 / float(np.mean(apart)) if fresh and len(apart) > 0 and sum(apart) > 0 else 0.0,
             age=age,
@@ -98,6 +98,7 @@ class DeviceThread(ABC):
             frames=self._frames,
             lost=self._lost,
             rejected=self.device.rejected + self._refused + self._strangers(),
+            late=self.device.late,
             reconnects=self._reconnects,
             values=raw_values(self._newest_seen),
         )

@@ -146,7 +146,8 @@ class DriverStatus(Model):
     state: Literal["opening", "running", "silent", "lost"]
     """silent: open, and nothing usable comes."""
     detail: str
-    """One sentence for the operator, "" where nothing is wrong."""
+    """One sentence for the operator, "" where nothing is wrong. What is said of a running device that obeys, as that
+    its answers come late, keeps no one from arming."""
     capabilities: tuple[str, ...]
     """As "two-way clock", "unlabelled markers", "raw openings"."""
     rate: Annotated[float, Q("1/s")]
@@ -164,6 +165,8 @@ class DriverStatus(Model):
     """Frames that the device numbered and that did not come."""
     rejected: int
     """What came and was no frame, or held impossible numbers."""
+    late: int = 0
+    """Answers that came after the driver's timeout, and were used all the same."""
     reconnects: int
     values: dict[str, list[float | None]]
     """The newest raw ones, by name: as they came, before any transform; None for what is not a number."""

@@ -27,10 +27,11 @@ from controller.virtual.firmware import WATCHDOG_MS, built_firmware
 from controller.virtual.peers import Drive, ReadPressures, TakeDrive
 
 MAGIC = 0x314C52444E54
-WORDS = 57
+WORDS = 58
 PRESSURES, E_STOP, STEPS = slice(1, 17), 17, 18
 SETPOINTS, OPENINGS = slice(19, 35), slice(35, 51)
 FLAGS, REASONS, LAST_COMMAND, VENTED_AT, REJECTED, BOOT = range(51, 57)
+HOLD_BACK = 57
 BROKEN = np.iinfo(np.int64).min
 STEP_S = 1e-3
 """How often plant and board are told of each other [s]."""
@@ -100,6 +101,10 @@ class BoardPeer:
     def half_frame(self) -> None:
         """Its next answer is cut in half."""
         self._tell(b"h")
+
+    def hold_back(self, seconds: float) -> None:
+        """Each answer leaves so much later [s], as through an adapter that waits for more; 0: at once."""
+        self.words[HOLD_BACK] = round(1e6 * seconds)
 
     def freeze(self) -> None:
         """Its program hangs: it says nothing more, and after 120 ms the chip's own watchdog lets go of the valves."""

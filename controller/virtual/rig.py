@@ -30,6 +30,7 @@ from controller.schema.parameters import SENSORS
 from controller.schema.rig_file import RigFile, changed, read_rig_file
 from controller.system.thread import SupervisedThread
 from controller.system.whole_file import write_whole
+from controller.virtual.board import BoardPeer
 from controller.virtual.peers import LATENCY, CapturePeer, Drive, Peer
 from controller.virtual.plant import RunningPlant
 from controller.virtual.registry import capture_peer, valve_peer
@@ -204,6 +205,8 @@ class VirtualRig:
         self.camera.late, self.camera.ghosts, self.camera.swapped = 0.0, 0, None
         self.camera.hidden.clear()
         self.camera.wand = None
+        if isinstance(self.valves, BoardPeer):
+            self.valves.hold_back(0.0)
 
 
 def addresses(options: dict[str, Any]) -> str:
@@ -222,6 +225,12 @@ def _within(name: str, text: str, low: float, high: float) -> float:
 def _touch(rig: VirtualRig, x: str, y: str = "") -> None:
     off = (x, y) == ("off", "")
     rig.camera.wand = None if off else (_within("x", x, -1.0, 1.0), _within("y", y or "nan", -1.0, 1.0))
+
+
+def _board(rig: VirtualRig) -> BoardPeer:
+    if not isinstance(rig.valves, BoardPeer):
+        raise ValueError('answers are held back by valves.driver = "serial" only')
+    return rig.valves
 
 
 def _rod(value: str) -> int:
@@ -254,13 +263,14 @@ FAULTS: dict[str, Callable[..., None]] = {
     "freeze": lambda rig: rig.valves.freeze(),
     "thaw": lambda rig: rig.valves.thaw(),
     "half": lambda rig: rig.valves.half_frame(),
+    "hold_back": lambda rig, seconds: _board(rig).hold_back(_within("hold_back", seconds, 0.0, 1.0)),
     "mend": lambda rig: rig.mend(),
 }
 """What a line may begin with: camera and valves are unplugged and plugged, samples are `late` [s] beyond the camera's
 own latency, `ghosts` are seen, a `wand` touches a place of the plane [m] or none (`off`), two rods' markers are
 `swap`ped, one is `hide`den, `noise` [m] is added, a valve or a pressure sensor (1 to 4: u1+, u1-, u2+, u2-) sticks, the
-supply is lost, the board is `reset`, frozen and thawed, its next answer is cut in `half`; `mend` ends all that is not
-unplugged."""
+supply is lost, the board is `reset`, frozen and thawed, its next answer is cut in `half`, those of a serial board are
+held back (`hold_back` [s]); `mend` ends all that is not unplugged."""
 
 
 def run_virtual_rig(path: Path, plant: str, out: Path | None, lines: TextIO = sys.stdin) -> None:

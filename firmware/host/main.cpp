@@ -13,6 +13,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <deque>
+#include <vector>
 
 #include "config.h"
 #include "shared.h"
@@ -82,6 +84,12 @@ Shared* share(const char* path) {
   return shared;
 }
 
+// An answer that is held back, and when it leaves.
+struct Held {
+  uint32_t due;
+  std::vector<uint8_t> bytes;
+};
+
 class Process {
  public:
   Process(Shared* shared, uint16_t boot) : shared_(shared), boot_(boot), board_(HOST_CONFIG, boot, micros()) {}
@@ -91,6 +99,7 @@ class Process {
     step();
     for (uint32_t due = micros() + STEP_US;;) {
       const int32_t left = static_cast<int32_t>(due - micros());
+      release();
       if (left <= 0) {
         step();
         due = left < -100 * static_cast<int32_t>(STEP_US) ? micros() + STEP_US : due + STEP_US;
@@ -117,15 +126,29 @@ class Process {
     for (long i = 0; i < count; ++i) {
       if (!board_.receive(bytes[i], micros())) continue;
       publish();
-      terminal_.send(board_.reply(), halve_ ? board_.reply_size() / 2 : board_.reply_size());
+      const auto size = halve_ ? board_.reply_size() / 2 : board_.reply_size();
+      const auto later = static_cast<uint32_t>(shared_->hold_back.load());
+      held_.push_back({micros() + later, {board_.reply(), board_.reply() + size}});
       halve_ = false;
+    }
+    release();
+  }
+
+  // Send what is due, in its order.
+  void release() {
+    while (!held_.empty() && static_cast<int32_t>(micros() - held_.front().due) >= 0) {
+      terminal_.send(held_.front().bytes.data(), held_.front().bytes.size());
+      held_.pop_front();
     }
   }
 
   bool obey() {
     char asked = 0;
     if (read(0, &asked, 1) <= 0) return false;
-    if (asked == 'u') terminal_.unplug();
+    if (asked == 'u') {
+      terminal_.unplug();
+      held_.clear();
+    }
     if (asked == 'p') terminal_.plug();
     if (asked == 'h') halve_ = true;
     if (asked == 'r') {
@@ -166,6 +189,7 @@ class Process {
   Terminal terminal_;
   uint16_t boot_;
   HostBoard board_;
+  std::deque<Held> held_;
   bool vented_ = false, halve_ = false;
 };
 

@@ -24,7 +24,8 @@ struct Shared {
   Word vented;             // the board's clock when it last began to vent [us]
   Word rejected;           // frames refused since boot
   Word boot;               // the board's count of boots
+  Word hold_back;          // by the plant: each answer leaves so much after it was made [us], as from a slow adapter
 };
-static_assert(sizeof(Shared) == 57 * 8, "controller/virtual/board.py reads 57 words");
+static_assert(sizeof(Shared) == 58 * 8, "controller/virtual/board.py reads 58 words");
 
 }  // namespace tendril

@@ -85,6 +85,7 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "board-reset": wires.board_reset,
     "board-hung": wires.board_hung,
     "half-frame": wires.half_frame,
+    "answers-late": wires.answers_late,
     "natnet-stopped": wires.camera_stopped,
     "markers-swapped": wires.markers_swapped,
     "markers-ghosts": wires.ghosts,

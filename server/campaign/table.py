@@ -239,6 +239,12 @@ FAULTS = (
     Fault("board-hung", "the board's program hangs for 2 s", "E-STOP (board lost), latched", BOARD_MS),
     Fault("half-frame", "half of one answer of the board", "TRACK goes on; it is counted", 1e3 * GAP),
     Fault(
+        "answers-late",
+        "the board's answers come 15 ms later for 2 s, after the driver's timeout of 10 ms",
+        "TRACK goes on; they are used and counted, and the device's state says after how long they come",
+        1e3 * GAP,
+    ),
+    Fault(
         "natnet-stopped",
         "the motion capture's stream ends, and begins again after 2 s",
         "FAULT (no measurement), latched",

@@ -12,6 +12,7 @@ from controller.drivers.device import Outlet, Reading
 from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
 from controller.virtual.board import BoardPeer
 from controller.virtual.peers import Drive
+from tests.firmware.far_end import Answers, FarEnd
 
 Found = Callable[[], bool]
 
@@ -100,3 +101,23 @@ def bench() -> Iterator[Bench]:
         yield made
     finally:
         made.close()
+
+
+Begin = Callable[..., tuple[FarEnd, SerialBoard]]
+
+
+@pytest.fixture
+def far_end() -> Iterator[Begin]:
+    """Makes a far end that answers so, after a delay [s], and a driver for it with these options, not yet open."""
+    made: list[tuple[FarEnd, SerialBoard]] = []
+
+    def begin(answers: Answers, delay: float = 0.0, **options: float) -> tuple[FarEnd, SerialBoard]:
+        end = FarEnd(answers, delay)
+        asked = SerialOptions.model_validate({"port": end.port, "hello_timeout": 0.5, "timeout": 0.02, **options})
+        made.append((end, SerialBoard(asked, (0, 1, 2, 3), False)))
+        return made[-1]
+
+    yield begin
+    for end, device in made:
+        device.close()
+        end.close()

@@ -9,10 +9,11 @@ import pytest
 
 from controller.drivers.device import DeviceError
 from controller.drivers.valves.serial_board.driver import SerialBoard, SerialOptions
+from controller.errors import ParameterError
 from controller.schema.hardware import Valves
 from controller.schema.rig_file import parse_rig_file
 from controller.virtual.rig import VirtualRig
-from server.campaign.rows.wires import SERIAL
+from server.campaign.rows.wires import MODBUS, SERIAL
 from tests.controller.drivers.effort import Waits
 from tests.firmware.conftest import VENT, Bench, answer, outlet, stays, wait_for
 
@@ -177,6 +178,23 @@ def test_a_rig_that_waits_for_pressures_stands_before_a_board_that_waits_for_com
         device.close()
 
 
+def test_the_virtual_rig_holds_back_a_serial_boards_answers_until_it_is_mended(tmp_path: Path) -> None:
+    rig = VirtualRig(parse_rig_file(SERIAL, "a rig"), tmp_path)
+    with closing(rig.valves) as peer:
+        peer.plug()
+        device = SerialBoard(SerialOptions(port=str(peer.options["port"]), timeout=0.01), (0, 1, 2, 3), raw=False)
+        with closing(device):
+            device.open()
+            rig.do("hold_back 0.06")
+            assert wait_for(lambda: device.exchange(VENT, 0.1) is not None and device.late > 5)
+            assert device.notice.endswith("timeout is 10 ms")
+            rig.do("mend")
+            assert wait_for(lambda: device.exchange(VENT, 0.1) is not None and device.notice == "", 20.0)
+    other = VirtualRig(parse_rig_file(MODBUS, "a rig"), tmp_path)
+    with closing(other.valves), pytest.raises(ParameterError, match="serial"):
+        other.do("hold_back 0.015")
+
+
 def test_a_board_without_power_lets_go_of_everything(bench: Bench) -> None:
     device = bench.driven()
     stays(device, outlet(50e3), 0.03)
@@ -198,6 +216,18 @@ def test_half_an_answer_is_lost_and_counted(bench: Bench) -> None:
         numbers.append(answer(device, VENT).number)
     assert device.rejected == 1
     assert len(range(numbers[0], numbers[-1])) >= len(numbers)
+
+
+def test_a_board_behind_a_slow_adapter_is_driven_and_its_answers_are_counted_as_late(bench: Bench) -> None:
+    device = bench.driven()
+    bench.peer.hold_back(0.03)
+    bench.pressures = np.arange(16) * 1e3
+    late = device.late
+    said = [answer(device, outlet(50e3)) for _ in range(60)]
+    assert said[-1].pressures.tolist() == [0.0, 1e3, 2e3, 3e3] and said[-1].stopped == ""
+    assert wait_for(lambda: bench.drive is not None and bench.drive.pressures[0] == 50e3)
+    assert device.late > late and "timeout is 10 ms" in device.notice
+    assert device.rejected == 0
 
 
 def test_the_port_is_ours_alone(bench: Bench) -> None:
@@ -228,7 +258,7 @@ def test_pressures_are_timed_on_our_clock_across_a_wrap_of_the_boards(bench: Ben
 
 @pytest.mark.parametrize(
     ("options", "text"),
-    [({"port": ""}, "port"), ({"port": "x", "baud": 300}, "baud"), ({"port": "x", "timeout": 0.2}, "timeout")],
+    [({"port": ""}, "port"), ({"port": "x", "baud": 300}, "baud"), ({"port": "x", "timeout": 0.25}, "timeout")],
 )
 def test_options_outside_their_bounds_are_refused(options: dict[str, object], text: str) -> None:
     with pytest.raises(ValueError, match=text):

@@ -2815,7 +2815,8 @@ export interface components {
       state: "opening" | "running" | "silent" | "lost";
       /**
        * Detail
-       * @description One sentence for the operator, "" where nothing is wrong.
+       * @description One sentence for the operator, "" where nothing is wrong. What is said of a running device that obeys, as that
+       *     its answers come late, keeps no one from arming.
        */
       detail: string;
       /**
@@ -2861,6 +2862,12 @@ export interface components {
        * @description What came and was no frame, or held impossible numbers.
        */
       rejected: number;
+      /**
+       * Late
+       * @description Answers that came after the driver's timeout, and were used all the same.
+       * @default 0
+       */
+      late: number;
       /** Reconnects */
       reconnects: number;
       /**

@@ -1,6 +1,16 @@
 import { usePage } from "../live/page";
 import { Facts } from "../ui/Facts";
-import { driverFacts, GRADE, MARK, namesOf, raw, ROLE_WORD, trouble, type DriverStatus } from "./drivers";
+import {
+  driverFacts,
+  GRADE,
+  MARK,
+  namesOf,
+  raw,
+  ROLE_WORD,
+  trouble,
+  troubleGrade,
+  type DriverStatus,
+} from "./drivers";
 import { useDrivers } from "./useDrivers";
 
 /** A card for each of the rig's devices, looked at twice a second. */
@@ -60,7 +70,7 @@ function DriverCard({ driver }: { readonly driver: DriverStatus }) {
       <p
         className="driver-trouble"
         role="status"
-        data-grade={GRADE[state]}
+        data-grade={troubleGrade(driver)}
         data-testid={`driver-trouble-${role}`}
       >
         {wrong}

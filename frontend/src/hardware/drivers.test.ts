@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { driverFacts, lossOf, namesOf, raw, trouble, type DriverStatus } from "./drivers";
+import { driverFacts, lossOf, namesOf, raw, trouble, troubleGrade, type DriverStatus } from "./drivers";
 
 const camera: DriverStatus = {
   role: "motion_capture",
@@ -16,6 +16,7 @@ const camera: DriverStatus = {
   frames: 990,
   lost: 10,
   rejected: 0,
+  late: 0,
   reconnects: 1,
   values: {},
 };
@@ -30,6 +31,13 @@ test("what the driver says of its trouble goes before what its state means", () 
   expect(trouble({ ...camera, state: "lost", detail: "the connection was refused" })).toBe(
     "The connection was refused.",
   );
+});
+
+test("late answers of a running driver are a warning with their count", () => {
+  const late = { ...camera, detail: "answers come after 15 ms, timeout is 10 ms", late: 1234 };
+  expect(trouble(late)).toBe("Answers come after 15 ms, timeout is 10 ms.");
+  expect([troubleGrade(late), troubleGrade(camera)]).toEqual(["warning", "good"]);
+  expect(new Map(driverFacts(late)).get("Late answers")).toBe("1234");
 });
 
 test("loss is a share of all frames that were sent, and not a number before the first", () => {

@@ -56,9 +56,14 @@ const CLOCK: Record<DriverStatus["clock"], string> = {
   arrival: "time of arrival",
 };
 
+/** What a sentence about it is worth: one that a running device has to say of itself is a warning. */
+export function troubleGrade({ state, detail }: Pick<DriverStatus, "state" | "detail">) {
+  return state === "running" && detail !== "" ? "warning" : GRADE[state];
+}
+
 /** How it fares in numbers: names with their values. */
 export function driverFacts(driver: DriverStatus): [string, string][] {
-  const { rate, age, latency, clock, clock_offset, lost, frames, rejected, reconnects } = driver;
+  const { rate, age, latency, clock, clock_offset, lost, frames, late, rejected, reconnects } = driver;
   return [
     ["Rate", `${plain(rate, 0)} /s`],
     ["Age", age < 0 ? DASH : milliseconds(age, age < 0.1 ? 1 : 0)],
@@ -66,6 +71,7 @@ export function driverFacts(driver: DriverStatus): [string, string][] {
     ["Clock", CLOCK[clock]],
     ["Offset", clock === "arrival" ? DASH : `${plain(clock_offset, 4)} s`],
     ["Lost", `${wholeNumber(lost)} of ${wholeNumber(frames + lost)} (${percent(lossOf(driver))})`],
+    ["Late answers", wholeNumber(late)],
     ["Rejected", wholeNumber(rejected)],
     ["Reconnects", wholeNumber(reconnects)],
   ];

@@ -1,6 +1,8 @@
 """Devices that fail on their own wires: the rig drives a virtual rig, which is told to break."""
 
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +53,7 @@ ON_SERIAL = (
     "board-reset",
     "board-hung",
     "half-frame",
+    "answers-late",
     "natnet-stopped",
     "markers-swapped",
     "markers-ghosts",
@@ -122,6 +125,16 @@ def half_frame(scene: Scene) -> Seen:
     return seen
 
 
+def answers_late(scene: Scene) -> Seen:
+    """Each after the driver's timeout: used and counted, and the device's state says so."""
+    said: list[dict[str, Any]] = []
+    seen = _unmoved(scene, ("hold_back 0.015", "mend"), lambda: said.append(_valves(scene)))
+    require(said[0]["late"] > 0, "no late answer was counted")
+    text = said[0]["detail"]
+    require(text.startswith("answers come after ") and "timeout is 10 ms" in text, f"the device's state: {text or '-'}")
+    return seen._replace(observed=f"{seen.observed}; {text}, {said[0]['late']} of them")
+
+
 def ghosts(scene: Scene) -> Seen:
     """Points without names, anywhere."""
     return _unmoved(scene, ("ghosts 8", "mend"))
@@ -151,13 +164,14 @@ def _latched(scene: Scene, lines: tuple[str, str], mode: Mode, cause: Cause) -> 
     return Seen(f"{trace.told(row)}, latched; page: {line}", (row["t_ns"] - start) * 1e-6)
 
 
-def _unmoved(scene: Scene, lines: tuple[str, str]) -> Seen:
-    """Break for a while: the rig has to go on as if nothing were."""
+def _unmoved(scene: Scene, lines: tuple[str, str], look: Callable[[], None] = lambda: None) -> Seen:
+    """Break for a while: the rig has to go on as if nothing were. `look` is called before it is mended."""
     assert scene.virtual is not None
     scene.track()
     start = time.monotonic_ns()
     scene.virtual.do(lines[0])
     time.sleep(OUT)
+    look()
     scene.virtual.do(lines[1])
     rows = scene.since(start)
     require((rows["mode"] == Mode.TRACK).all(), f"left TRACK for {trace.told(rows[-1])}")
@@ -165,6 +179,11 @@ def _unmoved(scene: Scene, lines: tuple[str, str]) -> Seen:
     require(np.nanmax(off) < NEAR, f"the tip was seen {1e3 * np.nanmax(off):.0f} mm from where the observer has it")
     stood = 1e-6 * float(np.diff(rows["t_ns"]).max())
     return Seen(f"TRACK goes on; the measured tip within {1e3 * np.nanmax(off):.0f} mm of the observer's", stood)
+
+
+def _valves(scene: Scene) -> dict[str, Any]:
+    drivers = scene.operator.ask("GET", "/api/drivers")["drivers"]
+    return next(one for one in drivers if one["role"] == "valves")
 
 
 def _rejected(scene: Scene) -> int:

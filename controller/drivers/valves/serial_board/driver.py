@@ -15,8 +15,11 @@ from controller.drivers.clocks import TwoWayClock
 from controller.drivers.device import DeviceError, Outlet, Reading, ValveDevice
 from controller.drivers.valves.serial_board import frames
 from controller.drivers.valves.serial_board.frames import HelloReply, State
+from controller.drivers.valves.serial_board.pending import Match, Pending
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
+
+log = logging.getLogger(__name__)
 
 AT_ONCE = 4096
 """Bytes that are read in one go at most."""
@@ -29,9 +32,17 @@ class Line:
     def __init__(self, path: str, baud: int) -> None:
         """Open it; raises OSError where there is none, it is not ours, or another program has it."""
         self._port = serial.Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
+        self._hurry()
         self._file = self._port.fileno()
         self._poll = select.poll()
         self._poll.register(self._file, select.POLLIN)
+
+    def _hurry(self) -> None:
+        """Have the system pass on what comes at once: an FTDI adapter else holds it back for 16 ms."""
+        try:
+            self._port.set_low_latency_mode(True)
+        except (ValueError, NotImplementedError) as error:  # USB of the board's own has none, and holds nothing back
+            log.info("%s has no low-latency mode: %s", self._port.name, error)
 
     def write(self, data: bytes) -> bool:
         """Send `data`; False where the line takes no more now, and part of it may be lost. OSError: it is gone."""
@@ -65,8 +76,6 @@ class Line:
             pass  # of a line that is gone there is nothing left
 
 
-log = logging.getLogger(__name__)
-
 ASK_AGAIN = 0.1
 """Pause between two greetings [s]: an Arduino starts again when its port is opened, and hears none for a second."""
 CLOCK_EVERY_NS = 100_000_000
@@ -81,8 +90,9 @@ class SerialOptions(Model):
     """Path, as "/dev/serial/by-id/usb-Arduino...": names there stay when others are plugged in."""
     baud: Annotated[int, Bounds(ge=9600, le=12_000_000), Q("1/s")] = 1_000_000
     """Of a real UART; a board with USB of its own ignores it."""
-    timeout: Annotated[float, Bounds(ge=0.002, le=0.05), Q("s")] = 0.01
-    """Without an answer for so long the next command is sent: well below the board's watchdog."""
+    timeout: Annotated[float, Bounds(ge=0.002, le=0.2), Q("s")] = 0.01
+    """An answer after more is late: used, counted and said. Without one the next command is sent, after half the
+    board's watchdog at the latest."""
     hello_timeout: Annotated[float, Bounds(ge=0.1, le=20.0), Q("s")] = 4.0
     """A board that says nothing for so long after its port was opened is none."""
 
@@ -104,8 +114,12 @@ class SerialBoard(ValveDevice[SerialOptions]):
         self._line: Line | None = None
         self._cutter = frames.Cutter()
         self._clock = BoardClock()
-        self._number = 0
-        self._refused = self._refused_by_board = 0
+        self._pending = Pending(options.timeout)
+        self._number = self._answers = 0
+        """Of the newest frame there, and of the newest answer, lost ones included."""
+        self._wanted = -1
+        """Flags of the newest command; -1: none was sent."""
+        self._refused = self._refused_by_board = self._strangers = 0
         self._limited = False
 
     @property
@@ -115,8 +129,18 @@ class SerialBoard(ValveDevice[SerialOptions]):
 
     @property
     def rejected(self) -> int:  # type: ignore[override]  # counted by two
-        """Frames that were none: of the board's here, and of ours there."""
-        return self._cutter.rejected + self._refused
+        """Frames that were none, of the board's here and of ours there, and answers to what was not asked."""
+        return self._cutter.rejected + self._refused + self._strangers
+
+    @property
+    def late(self) -> int:  # type: ignore[override]  # counted where answers are matched
+        """Answers that came after the timeout."""
+        return self._pending.late
+
+    @property
+    def notice(self) -> str:  # type: ignore[override]
+        """As "answers come after 15 ms, timeout is 10 ms"; "" where they come in time."""
+        return self._pending.notice
 
     def open(self) -> None:
         """Open the port and greet the board; raises DeviceError or OSError, saying what does not fit."""
@@ -131,16 +155,26 @@ class SerialBoard(ValveDevice[SerialOptions]):
             line.close()
 
     def exchange(self, outlet: Outlet, timeout: float) -> Reading | None:
-        """Send a command and return the board's answer to it; None where it does not come in time."""
+        """Send a command and return the first new answer, to it or to an earlier one; None where none comes in time."""
         line, board = self._opened()
-        self._number += 1
+        before = self._answer(line, time.monotonic())
+        self._send(outlet)
+        patience = min(timeout, self.options.timeout, 0.5e-3 * board.watchdog_ms or timeout)
+        reading = self._answer(line, time.monotonic() + patience)
+        return before if reading is None else reading
+
+    def _send(self, outlet: Outlet) -> None:
+        """The next command, unless enough are on their way: what begins or ends a vent or a cut never waits."""
+        line, board = self._opened()
         wanted, driven, targets = self._command(outlet, board.channels)
         asked_ns = time.monotonic_ns()
-        host_us = asked_ns // 1000 % WRAP
-        line.write(frames.command(self._number % 65536, host_us, wanted, driven, targets))
-        deadline = time.monotonic() + min(timeout, self.options.timeout)
-        state = self._answer(line, host_us, deadline)
-        return None if state is None else self._reading(state, board, asked_ns)
+        if wanted == self._wanted and self._pending.full(asked_ns):
+            return
+        self._number += 1
+        self._wanted = wanted
+        sequence, host_us = self._number % 65536, asked_ns // 1000 % WRAP
+        self._pending.sent(sequence, host_us, asked_ns)
+        line.write(frames.command(sequence, host_us, wanted, driven, targets))
 
     def _opened(self) -> tuple[Line, HelloReply]:
         if self._line is None or self.board is None:
@@ -160,29 +194,43 @@ class SerialBoard(ValveDevice[SerialOptions]):
             driven |= 1 << channel
         return wanted, driven, targets
 
-    def _answer(self, line: Line, host_us: int, deadline: float) -> State | None:
-        """The state that answers the newest command; None by `deadline`. Later answers to older ones are left."""
-        sequence = self._number % 65536
+    def _answer(self, line: Line, deadline: float) -> Reading | None:
+        """What the first new answers say, the newest of those that come together; None by `deadline`."""
         while data := line.read(deadline):
-            for frame in self._cutter.feed(data):
-                if isinstance(frame, State) and (frame.sequence, frame.host_us) == (sequence, host_us):
-                    return frame
+            if (newest := self._newest(data)) is not None:
+                return self._reading(*newest)
+        self._pending.line_was_empty(int(deadline * 1e9))
         return None
 
-    def _reading(self, state: State, board: HelloReply, asked_ns: int) -> Reading | None:
+    def _newest(self, data: bytes) -> tuple[State, Match] | None:
+        """The last frame that ends in `data` and answers a command; each one that does is counted."""
+        newest, answered_ns = None, time.monotonic_ns()
+        for frame in self._cutter.feed(data):
+            if not isinstance(frame, State):
+                continue
+            match = self._pending.answered(frame, answered_ns)
+            if match is None:
+                self._strangers += 1
+                continue
+            self._answers += 1 + match.lost
+            newest = frame, match
+        return newest
+
+    def _reading(self, state: State, match: Match) -> Reading:
         answered_ns = time.monotonic_ns()
+        _, board = self._opened()
         if len(state.pressures) != board.channels:
             raise DeviceError(f"the board had {board.channels} channels and has {len(state.pressures)}")
         if state.boot != board.boot:
             log.warning("%s: the board started again", self.name)
             self._greet(self.options.timeout * 5)
         self._count(state)
-        self._clock.answered(asked_ns, state.received_us, answered_ns)
+        self._clock.answered(match.asked_ns, state.received_us, answered_ns)
         self.clock_offset = self._clock.offset_ns * 1e-9
         read_ns = min(self._clock.ours(state.read_us, state.received_us), answered_ns)
         pressures = [state.pressures[channel] for channel in self.chambers]
         values = np.array([math.nan if pressure == frames.BROKEN else pressure for pressure in pressures], float)
-        return Reading(read_ns, values, reasons(state.stopped, board), self._number)
+        return Reading(read_ns, values, reasons(state.stopped, board), self._answers)
 
     def _count(self, state: State) -> None:
         """Add what the board refused since last, and say once that it holds setpoints down."""
@@ -196,28 +244,31 @@ class SerialBoard(ValveDevice[SerialOptions]):
     def _greet(self, patience: float) -> None:
         """Ask until the board says what it is; DeviceError after `patience` [s], or where it does not fit."""
         line, end = self._line, time.monotonic() + patience
+        asked: set[tuple[int, int]] = set()
         if line is None:
             raise DeviceError("the board is not open")
         line.forget()
         while time.monotonic() < end:
             self._number += 1
             host_us = time.monotonic_ns() // 1000 % WRAP
+            asked.add((self._number % 65536, host_us))
             line.write(frames.hello(self._number % 65536, host_us))
-            found = self._hello(line, host_us, min(end, time.monotonic() + ASK_AGAIN))
+            found = self._hello(line, asked, min(end, time.monotonic() + ASK_AGAIN))
             if found is not None:
                 return self._accept(found)
         raise DeviceError(
             f"nothing answers at {self.name}: is this firmware's board there, and not in its boot loader?"
         )
 
-    def _hello(self, line: Line, host_us: int, deadline: float) -> HelloReply | None:
+    def _hello(self, line: Line, asked: set[tuple[int, int]], deadline: float) -> HelloReply | None:
+        """The answer to one of the hellos `asked`, each its sequence and our clock; None by `deadline`."""
         while data := line.read(deadline):
             try:
                 found = [frame for frame in self._cutter.feed(data) if isinstance(frame, HelloReply)]
             except frames.VersionError as error:
                 raise DeviceError(f"{error}: install the firmware that came with this version of Tendril") from error
             for frame in found:
-                if (frame.sequence, frame.host_us) == (self._number % 65536, host_us):
+                if (frame.sequence, frame.host_us) in asked:
                     return frame
         return None
 
@@ -233,6 +284,8 @@ class SerialBoard(ValveDevice[SerialOptions]):
             raise DeviceError(f"the board {board.name} takes no {what}")
         self.board = board
         self._clock = BoardClock()
+        self._pending.forget()
+        self._wanted = -1
         self._refused_by_board = 0
 
 
