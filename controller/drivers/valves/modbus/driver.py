@@ -24,16 +24,18 @@ class ModbusValves(ValveDevice[ModbusOptions]):
         if raw:
             require_openings(options)
         self._map = register_map(options, chambers)
-        self._wire = Wire(options.host, options.port, options.unit)
+        self._wire = Wire(options.host, options.port, options.unit, options.write_single)
         self._commands = {slot.command: vtem.PRESSURE_APP | vtem.BOTH for slot in self._map.slots}
-        written = {*self._map.setpoints, *self._map.idle, *self._commands}
-        dump = {options.dump_register} if options.dump_register >= 0 else set()
-        if dump & (written | {self._watchdog_register}):
+        setpoints = {(first, options.setpoints.width) for first in self._map.setpoints}
+        written = setpoints | {(register, 1) for register in (*self._map.idle, *self._commands)}
+        dump = {(options.dump_register, 1)} if options.dump_register >= 0 else set()
+        if dump & (written | {(self._watchdog_register, 1)}):
             raise ParameterError(f"dump_register = {options.dump_register} is written for the valves, too")
         self._writes = spans(written | dump)
-        status = {slot.status for slot in self._map.slots}
-        self._reads = spans({*self._map.pressures, *status}, options.read_gap)
-        self._combined = options.combined and not options.input_registers
+        status = {(slot.status, 1) for slot in self._map.slots}
+        read = {(first, options.pressures.width) for first in self._map.pressures}
+        self._reads = spans(read | status, options.read_gap)
+        self._combined = options.combined and not options.input_registers and not options.write_single
         self._stopped = ""
         """Why it stopped driving by itself: it drives again only after it was told to vent."""
 
@@ -91,7 +93,7 @@ class ModbusValves(ValveDevice[ModbusOptions]):
             words = self._transact(image, until)
         if words is None:
             return None
-        pressures = pressures_of([words[register] for register in self._map.pressures], self.options)
+        pressures = pressures_of(words, self._map.pressures, self.options)
         self._follow(words, outlet.vent or outlet.cut)
         return Reading(
             t_ns=(asked + time.monotonic_ns()) // 2,  # the device read them on the way
@@ -102,7 +104,8 @@ class ModbusValves(ValveDevice[ModbusOptions]):
     def _image(self, outlet: Outlet) -> dict[int, int]:
         """Each register that is written, and what."""
         image = dict.fromkeys(self._map.idle, 0) | dict(self._commands)
-        image |= dict(zip(self._map.setpoints, words_of(outlet, self.options, self.raw), strict=True))
+        for first, words in zip(self._map.setpoints, words_of(outlet, self.options, self.raw), strict=True):
+            image |= dict(enumerate(words, first))
         if self.options.dump_register >= 0:
             image[self.options.dump_register] = 0 if outlet.vents(self.raw) else self.options.dump_shut
         return image
@@ -140,10 +143,15 @@ def require_openings(options: ModbusOptions) -> None:
     """Raise ParameterError unless the device takes openings of both signs: the negative ones let the air out."""
     if options.map == "vtem":
         raise ParameterError("valves.command = opening: a VTEM's motion app 03 takes pressures")
-    if not options.signed:
+    exhausts, least = options.opening_zero - options.opening_scale, options.setpoints.range[0]
+    if exhausts < least:
+        sign = (
+            "signed = false: a word without a sign"
+            if not options.signed
+            else f"setpoint_type = {options.setpoint_type}"
+        )
         raise ParameterError(
-            f"signed = false: a word without a sign cannot hold the {-options.opening_scale:g} counts at which a valve "
-            "exhausts (valves.command = opening)"
+            f"{sign} cannot hold the {exhausts:g} counts at which a valve exhausts (valves.command = opening)"
         )
 
 

@@ -65,35 +65,37 @@ def _vtem_map(options: ModbusOptions, chambers: tuple[int, ...]) -> RegisterMap:
     )
 
 
-def spans(registers: Iterable[int], gap: int = 0) -> list[Span]:
-    """Runs of `registers`, over gaps of up to `gap` registers, none longer than a request allows."""
+def spans(numbers: Iterable[Span], gap: int = 0) -> list[Span]:
+    """Runs of registers that hold `numbers`, over gaps of up to `gap` registers, none longer than a request allows.
+
+    No number is parted: its two halves would be those of two moments.
+    """
     found: list[Span] = []
-    for register in sorted(set(registers)):
-        if found and register - sum(found[-1]) <= gap and register - found[-1][0] < REGISTERS_MAX:
-            found[-1] = (found[-1][0], register - found[-1][0] + 1)
+    for start, count in sorted(set(numbers)):
+        if found and start - sum(found[-1]) <= gap and start + count - found[-1][0] <= REGISTERS_MAX:
+            found[-1] = (found[-1][0], max(found[-1][1], start + count - found[-1][0]))
         else:
-            found.append((register, 1))
+            found.append((start, count))
     return found
 
 
-def words_of(outlet: Outlet, options: ModbusOptions, raw: bool) -> list[int]:
-    """What the four setpoint registers take: within the device's limits."""
+def words_of(outlet: Outlet, options: ModbusOptions, raw: bool) -> list[list[int]]:
+    """What the registers of the four setpoints take: within the device's limits."""
     wanted, vent = outlet.wanted(raw), outlet.vents(raw)
     if raw:
-        counts = np.full(4, -options.opening_scale) if vent else np.clip(wanted, -1.0, 1.0) * options.opening_scale
+        openings = np.full(4, -1.0) if vent else np.clip(wanted, -1.0, 1.0)
+        counts = options.opening_zero + openings * options.opening_scale
     else:
         held = np.zeros(4) if vent else np.clip(wanted, options.setpoint_min, options.setpoint_max)
-        counts = held / options.setpoint_scale
-    least, most = (-32768, 32767) if options.signed else (0, 65535)
-    return [int(count) & 0xFFFF for count in np.clip(np.rint(counts), least, most)]
+        counts = (held - options.setpoint_zero) / options.setpoint_scale
+    return [options.setpoints.words(float(count)) for count in counts]
 
 
-def pressures_of(words: Iterable[int], options: ModbusOptions) -> Array:
-    """Gauge pressures (4,) [Pa] that registers hold."""
-    counts = np.array(list(words), float)
-    if options.signed:
-        counts[counts >= 32768] -= 65536
-    return counts * options.pressure_scale + options.pressure_zero
+def pressures_of(words: Mapping[int, int], registers: Iterable[int], options: ModbusOptions) -> Array:
+    """Gauge pressures (4,) [Pa] of the numbers that begin at `registers`, of which `words` has each; nan as it came."""
+    width = options.pressures.width
+    counts = [options.pressures.value([words[first + i] for i in range(width)]) for first in registers]
+    return np.array(counts) * options.pressure_scale + options.pressure_zero
 
 
 def values_of(span: Span, image: Mapping[int, int]) -> list[int]:

@@ -17,6 +17,7 @@ from pymodbus.pdu.register_message import (
     ReadInputRegistersRequest,
     ReadWriteMultipleRegistersRequest,
     WriteMultipleRegistersRequest,
+    WriteSingleRegisterRequest,
 )
 
 from controller.drivers.device import DeviceError
@@ -89,6 +90,9 @@ def registers_of(body: bytes, request: ModbusPDU, decoder: DecodePDU) -> list[in
     if isinstance(request, WriteMultipleRegistersRequest):
         echoed = (answer.address, answer.count) == (request.address, request.count)
         return [] if echoed and len(body) == 5 else None
+    if isinstance(request, WriteSingleRegisterRequest):
+        echoed = (answer.address, answer.registers) == (request.address, request.registers)
+        return [] if echoed and len(body) == 5 else None
     wanted = request.read_count if isinstance(request, ReadWriteMultipleRegistersRequest) else request.count
     whole = len(body) == 2 + 2 * wanted and body[1] == 2 * wanted
     return list(answer.registers) if whole and len(answer.registers) == wanted else None
@@ -102,8 +106,9 @@ def refusal(code: int) -> Refused:
 class Wire:
     """A connection, and what was wrong with what came."""
 
-    def __init__(self, host: str, port: int, unit: int) -> None:
-        self._at, self._unit = (host, port), unit
+    def __init__(self, host: str, port: int, unit: int, single: bool = False) -> None:
+        """`single`: each register is written by a request of its own, function 6."""
+        self._at, self._unit, self._single = (host, port), unit, single
         self._socket: socket.socket | None = None
         self._buffer = bytearray()
         self._decoder = DecodePDU(False)
@@ -142,8 +147,17 @@ class Wire:
 
     def write(self, start: int, values: list[int], timeout: float) -> bool:
         """Write `values` from register `start`; whether the device said so within `timeout` [s]."""
+        if self._single:
+            return self._write_each(start, values, time.monotonic() + timeout)
         request = WriteMultipleRegistersRequest(address=start, registers=values, dev_id=self._unit)
         return self._ask(request, timeout) is not None
+
+    def _write_each(self, start: int, values: list[int], until: float) -> bool:
+        for register, value in enumerate(values, start):
+            request = WriteSingleRegisterRequest(address=register, registers=[value], dev_id=self._unit)
+            if self._ask(request, max(0.0, until - time.monotonic())) is None:
+                return False
+        return True
 
     def write_read(self, write: tuple[int, list[int]], read: tuple[int, int], timeout: float) -> list[int] | None:
         """Write values from a register, then read a count from a register, in one request."""

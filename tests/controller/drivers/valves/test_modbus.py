@@ -20,19 +20,6 @@ LISTED = {"map": "registers", "pressure_registers": [1, 2, 3, 4], "setpoint_regi
 
 
 @pytest.fixture
-def plant() -> Plant:
-    return Plant()
-
-
-@pytest.fixture
-def peer(plant: Plant) -> Iterator[ModbusPeer]:
-    peer = ModbusPeer(plant.read, plant.take)
-    peer.plug()
-    yield peer
-    peer.unplug()
-
-
-@pytest.fixture
 def valves(peer: ModbusPeer) -> Iterator[ModbusValves]:
     valves = valves_at(peer)
     yield valves
@@ -350,7 +337,7 @@ def test_what_cannot_be_is_refused_before_anything_is_opened(
 @pytest.mark.parametrize("scale", [1.0, 1000.0, 32767.0])
 def test_a_vented_map_of_raw_valves_exhausts_by_all_that_it_can(scale: float) -> None:
     options = ModbusValves.Options(**LISTED, opening_scale=scale)
-    assert words_of(vented(), options, raw=True) == [int(-scale) & 0xFFFF] * 4
+    assert words_of(vented(), options, raw=True) == [[int(-scale) & 0xFFFF]] * 4
 
 
 @pytest.mark.parametrize(
@@ -364,6 +351,17 @@ def test_a_vented_map_of_raw_valves_exhausts_by_all_that_it_can(scale: float) ->
             "names one twice",
         ),
         ({"dump_register": 40027, "dump_shut": 0}, "dump_shut = 0: 0 opens the dump valve"),
+        (LISTED | {"setpoint_type": "int32"}, r"setpoint_registers = \[11, 12, 13, 14\] names one twice"),
+        (LISTED | {"setpoint_registers": [65535], "setpoint_type": "float32"}, "ends at 65536"),
+        (LISTED | {"pressure_registers": [65535], "pressure_type": "int32"}, "ends at 65536"),
+        (
+            LISTED | {"setpoint_registers": [11, 13, 15, 17], "setpoint_type": "int32", "write_single": True},
+            "function 6 writes one register, int32 takes two",
+        ),
+        (LISTED | {"setpoint_zero": 100e3, "signed": False}, "setpoint_zero = 100000 Pa: the -1000 counts of a vent"),
+        ({"pressure_type": "float32"}, "map = vtem has its own words"),
+        ({"swapped_bytes": True}, "map = vtem has its own words"),
+        ({"write_single": True}, "map = vtem takes no write_single"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(options: dict[str, Any], text: str) -> None:

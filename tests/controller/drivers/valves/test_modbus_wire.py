@@ -1,3 +1,4 @@
+import math
 import random
 
 import pytest
@@ -15,6 +16,7 @@ from pymodbus.pdu.register_message import (
 from controller.drivers.device import DeviceError
 from controller.drivers.valves.modbus.registers import spans
 from controller.drivers.valves.modbus.wire import Refused, Wire, take_frame
+from controller.drivers.valves.modbus.words import Coding, Kind
 
 ROUNDS = 100_000
 UNIT = 1
@@ -149,6 +151,32 @@ def test_frames_are_cut_one_after_the_other() -> None:
 
 
 def test_registers_are_asked_for_in_few_runs() -> None:
-    assert spans([4, 1, 2, 9]) == [(1, 2), (4, 1), (9, 1)]
-    assert spans([4, 1, 2, 9], gap=5) == [(1, 9)]
-    assert spans(range(130)) == [(0, 120), (120, 10)]
+    words = [(4, 1), (1, 1), (2, 1), (9, 1)]
+    assert spans(words) == [(1, 2), (4, 1), (9, 1)]
+    assert spans(words, gap=5) == [(1, 9)]
+    assert spans((register, 1) for register in range(130)) == [(0, 120), (120, 10)]
+
+
+def test_no_number_of_two_registers_is_parted_between_requests() -> None:
+    assert spans([(0, 1), *((register, 2) for register in range(1, 131, 2))]) == [(0, 119), (119, 12)]
+    assert spans([(10, 2), (11, 2)]) == [(10, 3)]
+
+
+@pytest.mark.parametrize("kind", ["int16", "int32", "float32"])
+@pytest.mark.parametrize("signed", [True, False])
+@pytest.mark.parametrize("order", [(False, False), (True, False), (False, True), (True, True)])
+def test_a_number_comes_back_from_its_registers_and_one_beyond_them_is_their_end(
+    kind: Kind, signed: bool, order: tuple[bool, bool]
+) -> None:
+    coding = Coding(kind, signed, *order)
+    least, most = coding.range
+    for value in (0.0, 1.0, 258.0, 30000.0, *((-1.0, -12345.0) if least < 0 else ())):
+        words = coding.words(value)
+        assert len(words) == coding.width and all(0 <= word <= 0xFFFF for word in words)
+        assert coding.value(words) == value
+    assert coding.value(coding.words(1e39)) == pytest.approx(most)
+    assert coding.value(coding.words(-1e39)) == pytest.approx(least)
+
+
+def test_a_float_that_is_no_number_is_none() -> None:
+    assert math.isnan(Coding("float32", True, False, False).value([0x7FC0, 0]))
