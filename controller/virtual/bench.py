@@ -10,10 +10,12 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.drivers.conformance.bench import RADIUS, Driven
+from controller.drivers.device import CaptureDevice
+from controller.drivers.registry import driver_class
 from controller.schema.hardware import CHANNELS
 from controller.system.thread import SupervisedThread
 from controller.virtual.peers import Drive
-from controller.virtual.registry import CAPTURE_PEERS, capture_peer, valve_peer
+from controller.virtual.registry import capture_peer, valve_peer
 
 LAG = 0.05
 """Time constant of a chamber [s]."""
@@ -63,7 +65,7 @@ class PeerBench:
 
     def __init__(self, driver: str) -> None:
         self.chambers = Chambers()
-        self._capture = driver in CAPTURE_PEERS
+        self._capture = issubclass(driver_class(driver), CaptureDevice)
         self.peer: Any = (
             capture_peer(driver, {})
             if self._capture

@@ -28,7 +28,8 @@ NOT_HERE = {
     "install -m 600 -o tendril-server /var/lib/tendril-rig/twin.key -D /var/lib/tendril-server/twin.key": "as above",
     "tendril faults --json faults.json": "test_campaign runs the whole campaign",
     "tendril drivers check labboard --options host=127.0.0.1 --options port=4000": "test_driver_template tries it",
-    "tendril drivers check labboard --options host=127.0.0.1 --options port=4000 --drive": "as above",
+    "tendril drivers check labboard --options host=127.0.0.1 --options port=4000 --record --drive": "as above",
+    "tendril drivers check labboard": "as above",
     "python -m tests.e2e.record_live_path --seed 214 --out live.csv": "drags a real Chromium for minutes; made once",
 }
 """Commands that no test can run, and why."""

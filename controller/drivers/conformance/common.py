@@ -5,56 +5,22 @@ import time
 from concurrent.futures import wait
 from typing import Any
 
-from pydantic import ValidationError
-
 from controller.drivers.conformance.trial import (
     CLOSE_LIMIT,
     OPEN_LIMIT,
     OURS,
     Failed,
-    NotTried,
+    NotShown,
     Trial,
     require,
     within,
 )
 from controller.drivers.device import DeviceError
-from controller.schema.layout import Model
 from controller.system.thread import in_thread
 
-LOW, HIGH = ("minimum", "exclusiveMinimum"), ("maximum", "exclusiveMaximum")
 REOPEN = 10.0
 """A device that is back must be found within so long [s]."""
-
-
-def options_are_bounded(trial: Trial) -> str:
-    """Each number has a least and a most, and is refused beyond; unknown options are refused."""
-    kind = getattr(trial.kind, "Options", None)
-    require(isinstance(kind, type) and issubclass(kind, Model), "Options is no model (controller/schema/layout.py)")
-    assert isinstance(kind, type) and issubclass(kind, Model)
-    valid = kind.model_validate(trial.options).model_dump()
-    numbers = 0
-    for name, about in kind.model_json_schema(mode="validation")["properties"].items():
-        if about.get("type") not in ("integer", "number"):
-            continue
-        numbers += 1
-        for keys in (LOW, HIGH):
-            bound = next((about[key] for key in keys if key in about), None)
-            require(bound is not None, f"options.{name} has no {keys[0]}")
-            assert bound is not None
-            beyond = bound - 1 if keys is LOW else bound + 1
-            _require_refused(kind, valid | {name: beyond}, name)
-    _require_refused(kind, valid | {"no_such_option": 1}, "no_such_option")
-    return f"{numbers} numbers, each with its bounds"
-
-
-def _require_refused(kind: type[Model], options: dict[str, Any], name: str) -> None:
-    try:
-        kind.model_validate(options)
-    except ValidationError as error:
-        named = any(name in item["loc"] for item in error.errors())
-        require(named, f"what is refused of options.{name} = {options[name]} does not name it")
-        return
-    raise Failed(f"options.{name} = {options[name]} is not refused")
+RECORD = "--record, which pulls the cable between driver and device"
 
 
 def touches_nothing_before_open(trial: Trial) -> str:
@@ -92,14 +58,14 @@ def ends_when_closed(trial: Trial) -> str:
     """Close from another thread ends a call that waits: with an error of the device, or with None."""
     with trial.opened() as device:
         trial.first(device)
-        if trial.bench is not None:
-            trial.bench.silence()
+        if trial.wire is not None:
+            trial.wire.silence()
             trial.drain(device)
         try:
             return _closed_while_waiting(trial, device)
         finally:
-            if trial.bench is not None:
-                trial.bench.plug()
+            if trial.wire is not None:
+                trial.wire.plug()
 
 
 def _closed_while_waiting(trial: Trial, device: Any) -> str:
@@ -112,27 +78,29 @@ def _closed_while_waiting(trial: Trial, device: Any) -> str:
     error = call.exception()
     known = isinstance(error, DeviceError | OSError | None)
     require(known, f"closed while a call waits, that raises {type(error).__name__}: {error}")
-    return f"after {1e3 * (time.monotonic() - begun):.0f} ms" if waited else "no call had to wait"
+    if not waited and call.exception() is None and call.result() is not None:
+        raise NotShown("the device answered, so that no call had to wait", RECORD)
+    return f"after {1e3 * (time.monotonic() - begun):.0f} ms" if waited else "no call waits, with nothing to hear"
 
 
 def survives_a_loss(trial: Trial) -> str:
     """With the device gone, calls keep to their time and raise DeviceError, OSError or nothing; then it comes back."""
-    if trial.bench is None:
-        raise NotTried("no virtual peer that could be unplugged: pull the cable under `tendril up`")
+    if trial.wire is None:
+        raise NotShown("nothing here could be unplugged", f"{RECORD}, or your own hand under `tendril up`")
     device = trial.device()
     try:
         within(OPEN_LIMIT, "open", device.open)
         trial.first(device)
-        trial.bench.unplug()
+        trial.wire.unplug()
         for _ in range(8):
             trial.lossy_call(device)
         within(CLOSE_LIMIT, "close", device.close)
         _try_open(device)
         within(CLOSE_LIMIT, "close", device.close)
-        trial.bench.plug()
+        trial.wire.plug()
         return f"back after {_back(trial, device):.2f} s"
     finally:
-        trial.bench.plug()
+        trial.wire.plug()
         within(CLOSE_LIMIT, "close", device.close)
 
 

@@ -7,13 +7,16 @@ from typing import Any
 import numpy as np
 
 from controller.drivers.conformance.bench import RADIUS
-from controller.drivers.conformance.trial import Failed, Trial, require
+from controller.drivers.conformance.trial import Failed, NotShown, Trial, require
 from controller.drivers.device import Angles, Reading, Sample
 
 SPAN = 0.5
 """For so long frames are watched [s]."""
 AGE_MAX = 0.5
 """A frame that is older when it comes counts as stale [s]."""
+FRAMES, MARKERS = 100, 50
+"""That are looked at."""
+CHAMBERS = ("u1+", "u1-", "u2+", "u2-")
 FAR = 100.0
 """No marker is seen beyond this [m]."""
 PRESSURE_LEAST, PRESSURE_MOST = -110e3, 2e6
@@ -66,16 +69,33 @@ def is_fresh(trial: Trial) -> str:
 
 def is_well_formed(trial: Trial) -> str:
     """Shapes and numbers are as the protocol has them; nan only where something is not seen or broken."""
-    seen: set[str] = set()
+    frames: list[Any] = []
     with trial.opened() as device:
         trial.first(device)
-        for _ in range(100):
+        for _ in range(FRAMES):
             frame = trial.call(device)
             if frame is not None:
                 CHECKS.get(type(frame), _unknown)(frame)
-                seen.add(type(frame).__name__)
-    require(bool(seen), "nothing came")
-    return " and ".join(sorted(seen))
+                frames.append(frame)
+    require(bool(frames), "nothing came")
+    _require_numbers(frames)
+    return " and ".join(sorted({type(frame).__name__ for frame in frames}))
+
+
+def _require_numbers(frames: list[Any]) -> None:
+    """NotShown where all that came was nan: its shape is right, and it says nothing."""
+    pressures = np.array([frame.pressures for frame in frames if isinstance(frame, Reading)]).reshape(-1, 4)
+    silent = np.flatnonzero(~np.isfinite(pressures).any(axis=0)) if len(pressures) else np.array([], int)
+    if len(silent):
+        names = ", ".join(CHAMBERS[i] for i in silent)
+        raise NotShown(f"the sensors of {names} never gave a number, nan alone", "sensors that are connected")
+    seen = [frame.angles if isinstance(frame, Angles) else frame.points for frame in frames if not _is_reading(frame)]
+    if seen and not any(np.isfinite(values).any() for values in seen):
+        raise NotShown(f"of {len(seen)} frames none had a point that is seen", "a marker within the camera's view")
+
+
+def _is_reading(frame: Any) -> bool:
+    return isinstance(frame, Reading)
 
 
 def shows_metres(trial: Trial) -> str:
@@ -83,14 +103,15 @@ def shows_metres(trial: Trial) -> str:
     nearest = math.inf
     with trial.opened() as device:
         trial.first(device)
-        for _ in range(50):
+        for _ in range(MARKERS):
             frame = trial.call(device)
-            if not isinstance(frame, Sample) or len(frame.points) == 0:
-                continue
-            distance = np.linalg.norm(frame.points, axis=1)
-            if trial.bench is None:
-                return f"a marker {np.nanmin(distance):.3f} m from the origin: compare it with a ruler"
-            nearest = min(nearest, float(np.nanmin(np.abs(distance - RADIUS))))
+            if isinstance(frame, Sample) and np.isfinite(frame.points).all(axis=1).any():
+                distance = np.linalg.norm(frame.points[np.isfinite(frame.points).all(axis=1)], axis=1)
+                if trial.bench is None:
+                    raise NotShown(f"a marker is {distance.min():.3f} m from the origin, as it says", "your ruler")
+                nearest = min(nearest, float(np.abs(distance - RADIUS).min()))
+    if nearest == math.inf:
+        raise NotShown("no marker was seen", "a marker within the camera's view, and a ruler")
     require(
         nearest < 0.005, f"a marker {RADIUS} m from the origin is seen {nearest:.3g} m from there: are these metres?"
     )

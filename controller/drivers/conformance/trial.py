@@ -3,13 +3,14 @@
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 import numpy as np
 
 from controller.arrays import Array
-from controller.drivers.conformance.bench import Bench
+from controller.drivers.conformance.bench import Bench, Driven
+from controller.drivers.conformance.recorder import Recorder
 from controller.drivers.device import Device, DeviceError, Outlet, ValveDevice
 from controller.system.thread import in_thread
 
@@ -26,14 +27,20 @@ OPEN_LIMIT = 30.0
 """Longest that open may take [s]."""
 CLOSE_LIMIT = 1.0
 """Longest that close may take [s]."""
+ROUNDS = 3
+"""Times that the vented command is sent in the end."""
 
 
 class Failed(Exception):
     """The driver does not keep to the protocol; the text says how."""
 
 
-class NotTried(Exception):
-    """There is no way to try it here; the text says why."""
+class NotShown(Exception):
+    """It was neither seen to hold nor to fail."""
+
+    def __init__(self, why: str, remedy: str) -> None:
+        """`remedy`: what would show it."""
+        super().__init__(f"{why}; what would show it: {remedy}")
 
 
 def within(limit: float, what: str, work: Callable[[], T]) -> T:
@@ -53,11 +60,15 @@ def require(holds: bool, text: str) -> None:
 class Trial:
     """Makes devices of one kind, and calls them."""
 
-    def __init__(self, kind: type[Device[Any]], options: dict[str, Any], bench: Bench | None, drive: bool) -> None:
-        """`drive`: without a bench, too, pressures may be commanded."""
-        self.kind, self.bench = kind, bench
-        self.options = options | (dict(bench.options) if bench is not None else {})
-        self.drive = drive or bench is not None
+    def __init__(self, kind: type[Device[Any]], options: dict[str, Any], wire: Bench | None, drive: bool) -> None:
+        """`drive`: pressures may be commanded to a real device, too."""
+        self.kind, self.wire = kind, wire
+        self.recorder = wire if isinstance(wire, Recorder) else None
+        """Between the driver and a real device."""
+        self.bench = None if self.recorder is not None else wire
+        """What stands for the device: it knows what its valves do."""
+        self.options = options | (dict(wire.options) if wire is not None else {})
+        self.drive = drive or self.bench is not None
         self.valves = issubclass(kind, ValveDevice)
         self.chambers = (1, 0, 3, 2)
         """Not in the order of the channels, so that a driver that forgets them is found."""
@@ -69,6 +80,10 @@ class Trial:
             return self.kind(options, self.chambers, False)
         return self.kind(options)
 
+    def told(self) -> Driven | None:
+        """What the valves were told last, by the other end or by what left for it; None where no one knows."""
+        return None if self.wire is None else self.wire.driven()
+
     @contextmanager
     def opened(self) -> Iterator[Device[Any]]:
         """A new one, open; closed in the end."""
@@ -78,6 +93,18 @@ class Trial:
             yield device
         finally:
             within(CLOSE_LIMIT, "close", device.close)
+
+    @contextmanager
+    def opened_and_heard(self) -> Iterator[Device[Any]]:
+        """As `opened`, once something has come; vented in the end, whatever came of it: the board may never do so."""
+        with self.opened() as device:
+            try:
+                self.first(device)
+                yield device
+            finally:
+                for _ in range(ROUNDS):
+                    with suppress(Exception):
+                        self.call(device)
 
     def call(self, device: Device[Any], outlet: Outlet | None = None, timeout: float = TIMEOUT) -> Any:
         """One read or exchange that keeps to its time; vented without `outlet`."""

@@ -1,119 +1,65 @@
+"""The template of docs/drivers.md and its far end, as another package that is installed has them."""
+
 import re
-import socket
-import threading
-import time
+import sys
 from collections.abc import Iterator
-from typing import Any
+from pathlib import Path
 
-import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from controller.drivers.conformance import Bench, check_driver
-from controller.drivers.conformance.bench import Driven
 from controller.drivers.conformance.suite import CAPTURE, FIRST, LAST, VALVES
 from controller.drivers.registry import driver_class
-from controller.schema.hardware import CHANNELS
+from controller.errors import ParameterError
 from controller.system.origin import ROOT
-from controller.virtual.bench import Chambers
-from controller.virtual.peers import Drive
+from controller.virtual.registry import capture_peer, valve_peer
+from server.cli.drivers import app
+from tests.controller.drivers.conformance.labboard import DRIVER, PAGE, PEER, install
 
-PAGE = (ROOT / "docs" / "drivers.md").read_text()
-WATCHDOG_S = 0.2
-
-
-class LineBoard:
-    """The board of docs/drivers.md: lines over TCP, a watchdog of 0.2 s."""
-
-    def __init__(self) -> None:
-        self.chambers = Chambers()
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self._port = self._listener.getsockname()[1]
-        self._listener.close()
-        self._listening = False
-        self._speaks = True
-        self._connections: list[socket.socket] = []
-        self._heard = 0.0
-
-    @property
-    def options(self) -> dict[str, str | int]:
-        return {"host": "127.0.0.1", "port": self._port}
-
-    def plug(self) -> None:
-        self._speaks = True
-        if not self._listening:
-            self._listener = socket.create_server(("127.0.0.1", self._port))
-            self._listening = True
-            threading.Thread(target=self._accept, args=(self._listener,), name="conformance-board", daemon=True).start()
-
-    def unplug(self) -> None:
-        self._listening = False
-        for one in (self._listener, *self._connections):
-            try:
-                one.shutdown(socket.SHUT_RDWR)
-            except OSError:
-                pass
-            one.close()
-        self._connections.clear()
-
-    def silence(self) -> None:
-        self._speaks = False
-
-    def driven(self) -> Driven:
-        if time.monotonic() - self._heard > WATCHDOG_S:
-            self._tell(np.zeros(CHANNELS), True)
-        return self.chambers.drive
-
-    def _tell(self, pressures: Any, vent: bool) -> None:
-        self.chambers.take(Drive(pressures, np.zeros(CHANNELS), False, vent, vent))
-
-    def _accept(self, listener: socket.socket) -> None:
-        while True:
-            try:
-                connection = listener.accept()[0]
-            except OSError:
-                return
-            self._connections.append(connection)
-            threading.Thread(target=self._serve, args=(connection,), name="conformance-board", daemon=True).start()
-
-    def _serve(self, connection: socket.socket) -> None:
-        try:
-            with connection, connection.makefile("rwb", 0) as lines:
-                for line in lines:
-                    if self._speaks:
-                        self._obey(line.split())
-                        said = " ".join(f"{value:.0f}" for value in self.chambers.pressures()[:4])
-                        lines.write(f"P {said}\n".encode())
-        except OSError:
-            pass
-
-    def _obey(self, words: list[bytes]) -> None:
-        self._heard = time.monotonic()
-        pressures = np.zeros(CHANNELS)
-        if words[0] == b"S":
-            pressures[:4] = [float(word) for word in words[1:]]
-        self._tell(pressures, words[0] == b"V")
+run = CliRunner()
+WIDE = {"COLUMNS": "200"}
 
 
 @pytest.fixture
-def board() -> Iterator[Bench]:
-    board = LineBoard()
-    yield board
-    board.unplug()
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    install(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield tmp_path
+    for name in ("labboard", "labboard.driver", "labboard.peer"):
+        sys.modules.pop(name, None)
 
 
-def template() -> str:
-    found = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert found
-    return found[1]
+def test_the_template_and_its_far_end_are_short() -> None:
+    assert len(DRIVER.splitlines()) <= 60 and len(PEER.splitlines()) <= 90
 
 
-def test_the_template_has_at_most_60_lines_and_passes_every_check(board: Bench) -> None:
-    source = template()
-    assert len(source.splitlines()) <= 60
-    names: dict[str, Any] = {"__name__": "labboard"}
-    exec(compile(source, "labboard.py", "exec"), names)
-    rows = check_driver(names["LabBoard"], {}, board)
-    assert [row for row in rows if row.passed is not True] == []
+def test_the_template_passes_every_check_against_the_far_end_of_its_package(folder: Path) -> None:
+    done = run.invoke(app, ["check", "labboard"], env=WIDE)
+    assert done.exit_code == 0, done.output
+    assert f"{len({**FIRST, **VALVES, **LAST})} shown, 0 not shown, 0 failed" in done.output
+    listed = run.invoke(app, ["list"], env=WIDE).output
+    assert re.search(r"labboard +valves +yes +labboard\.driver:LabBoard", listed)
+
+
+def test_a_far_end_that_lacks_what_none_does_without_is_refused_by_name(folder: Path) -> None:
+    (folder / "labboard" / "peer.py").write_text("class LabPeer:\n    def plug(self): ...\n    def close(self): ...\n")
+    with pytest.raises(ParameterError, match=r"the peer of driver labboard, .*LabPeer, has no options, unplug"):
+        valve_peer("labboard", {}, lambda: None, lambda drive: None)  # type: ignore[arg-type,return-value]
+    (folder / "labboard-1.0.dist-info" / "entry_points.txt").write_text(
+        "[tendril.drivers]\nlabboard = labboard.driver:LabBoard\n[tendril.peers]\nlabboard = labboard.peer:Other\n"
+    )
+    with pytest.raises(ParameterError, match=r"the peer of driver labboard does not load: labboard\.peer:Other"):
+        valve_peer("labboard", {}, lambda: None, lambda drive: None)  # type: ignore[arg-type,return-value]
+
+
+def test_a_far_end_stands_for_no_board_at_another_machine(folder: Path) -> None:
+    with pytest.raises(ParameterError, match=r"valves\.options\.host = 192\.168\.1\.3: a virtual rig is at 127"):
+        valve_peer("labboard", {"host": "192.168.1.3"}, lambda: None, lambda drive: None)  # type: ignore[arg-type,return-value]
+
+
+def test_who_has_no_far_end_is_told_how_to_bring_one() -> None:
+    with pytest.raises(ParameterError, match=r'only natnet, json can .*entry point "tendril\.peers"'):
+        capture_peer("lsl", {})
 
 
 def test_the_page_names_every_check() -> None:
