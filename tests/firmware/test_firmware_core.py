@@ -167,6 +167,16 @@ def test_the_third_reading_above_the_limit_vents_and_cuts(driving: Core) -> None
     assert driving.says("reasons") == frames.OVER_PRESSURE
 
 
+def test_no_air_comes_in_before_a_host_has_vented(core: Core) -> None:
+    assert core.says("outputs") & frames.SUPPLY_CUT
+    core.hear(frames.hello(core.sequence, 0))
+    core.drive(100_000, 20)
+    assert core.vented and core.says("outputs") & frames.SUPPLY_CUT
+    core.command(VENT)
+    core.step()
+    assert not core.says("outputs") & frames.SUPPLY_CUT
+
+
 def test_one_wrong_reading_stops_nothing(driving: Core) -> None:
     for shown in (10**9, 0, BROKEN, 0) * 10:
         driving.pressures[3] = shown

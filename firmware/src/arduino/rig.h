@@ -57,6 +57,8 @@ struct Wiring {
   uint8_t e_stop_pin;  // a normally closed contact to ground: open (HIGH), pressed or broken, stops
 };
 
+constexpr uint8_t LISTEN_MOST = 128;  // bytes that are taken in one go: more than any frame
+
 // Runs the core: call `begin` in setup() and `poll` in loop().
 template <uint8_t CHANNELS, typename Port>
 class Rig {
@@ -84,7 +86,12 @@ class Rig {
   }
 
  private:
+  // Bytes that form no frame must not keep the sensors from being read, however many come, and however fast. An AVR has
+  // no time to count them: where they never end its watchdog resets it, and so vents.
   void listen() {
+#if !defined(__AVR__)
+    uint8_t left = LISTEN_MOST;
+#endif
     for (int byte = port_.read(); byte >= 0; byte = port_.read()) {
       if (byte != 0) {
         board_.receive(static_cast<uint8_t>(byte), 0);  // only an end has a time
@@ -92,6 +99,9 @@ class Rig {
         port_.write(board_.reply(), board_.reply_size());
         return;  // a host that never pauses must not keep the sensors from being read
       }
+#if !defined(__AVR__)
+      if (--left == 0) return;
+#endif
     }
   }
 

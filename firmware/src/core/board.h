@@ -125,7 +125,7 @@ class Board {
     wanted_ = frame[8];
     driven_ = wanted_ & VENT ? 0 : u16_at(frame + 10);
     if (wanted_ & VENT) reasons_ = trouble();  // what led here is over, or it is not
-    out_.cut = (wanted_ & CUT) || (reasons_ & (OVER_PRESSURE | E_STOP_INPUT));
+    out_.cut = (wanted_ & CUT) || (reasons_ & (BOOT | OVER_PRESSURE | E_STOP_INPUT));
     if (out_.raw != static_cast<bool>(wanted_ & RAW)) vent_all();  // no setpoint becomes an opening
     out_.raw = wanted_ & RAW;
     for (uint8_t i = 0; i < CHANNELS; ++i) targets_[i] = i32_at(frame + 12 + 4 * i);
@@ -249,7 +249,7 @@ class Board {
   int32_t targets_[CHANNELS] = {}, setpoints_[CHANNELS] = {}, pressures_[CHANNELS] = {};
   int16_t openings_[CHANNELS] = {};
   uint8_t over_[CHANNELS] = {}, broken_[CHANNELS] = {};
-  Outputs out_ = {true, false, false};
+  Outputs out_ = {true, true, false};  // no air before a host is there, and has vented
   uint16_t boot_, sequence_ = 0, driven_ = 0;
   uint32_t last_command_, read_at_ = 0, rejected_ = 0;
   uint8_t wanted_ = VENT, reasons_ = BOOT;

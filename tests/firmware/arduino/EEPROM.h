@@ -1,0 +1,5 @@
+#pragma once
+struct {
+  template <typename T> void get(int, T&) {}
+  template <typename T> void put(int, T) {}
+} EEPROM;
