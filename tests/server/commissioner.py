@@ -127,13 +127,17 @@ class Commissioner:
             self.stack.person.ask("PUT", "/api/commissioning/jog/confirm", commanded=chamber, filled=said)
 
     def frame(self) -> None:
+        """All three captures."""
+        self.at_rest()
+        self._capture("bent", "tip")
+
+    def at_rest(self) -> None:
         """Touch the base with a wand, then capture the tip."""
         self.start("frame")
         self.virtual.do("wand 0 0")
         self._capture("base", "wand", "wand")
         self.virtual.do("wand off")
         self._capture("tip", "tip")
-        self._capture("bent", "tip")
 
     def _capture(self, place: str, point: str, *more: str) -> None:
         names = {*self.true.motion_capture.labels, *more}

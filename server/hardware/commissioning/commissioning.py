@@ -11,7 +11,7 @@ from controller.schema.modes import Mode
 from controller.schema.rig_file import RigFile
 from controller.system.whole_file import write_whole
 from server.access.permit import Permit
-from server.hardware.commissioning import closed_loop, drivers, frame, pressure, report, sweep
+from server.hardware.commissioning import closed_loop, drivers, pressure, report, signs, sweep
 from server.hardware.commissioning.frame import Framing
 from server.hardware.commissioning.identify import identify, kept_mode
 from server.hardware.commissioning.jog import Jogging
@@ -36,7 +36,7 @@ MEASURED = {"frame": "motion_capture.frame.measured", "pressure": "valves.measur
 """What going back behind these steps takes back in the rig file."""
 ACTS: dict[StepName, Callable[[StepRun], Awaitable[Found]]] = {
     "drivers": drivers.do,
-    "signs": frame.signs,
+    "signs": signs.do,
     "pressure": pressure.do,
     "statics": sweep.statics,
     "decay": sweep.decays,

@@ -1,42 +1,45 @@
-"""The frame step: base, tip at rest and a bent pose tell how the camera lies to the plane. The signs step checks it."""
+"""The frame step: base, tip at rest and a bent pose tell how the camera lies to the plane. The signs step checks it.
+
+Units and names are judged before anything moves, by base and tip alone.
+"""
 
 import asyncio
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydantic import JsonValue
 
 from controller.arrays import Array
 from controller.errors import CommandRefused, TendrilError
-from controller.schema.hardware import Drivers
-from server.hardware.commissioning import planning
-from server.hardware.commissioning.jog import jog_pressure, jog_torque
-from server.hardware.commissioning.messages import PLACES, CaptureBody, Captured, Number, Place, PointName
+from controller.schema.hardware import Frame
+from server.hardware.commissioning import named_markers, planning
+from server.hardware.commissioning.jog import SETTLES_S, WAY_ENOUGH, slow_torques
+from server.hardware.commissioning.messages import PLACES, CaptureBody, Captured, Number, Place
+from server.hardware.commissioning.named_markers import Rest
+from server.hardware.commissioning.planning import Believed
+from server.hardware.commissioning.points import (
+    SAMPLES_LEAST,
+    Points,
+    captured,
+    followed,
+    median,
+    require_still,
+    watched,
+)
 from server.hardware.commissioning.step_run import StepRun
 from server.hardware.commissioning.store import Found
+from server.operate.procedure.motion import POLL_S
 
-WINDOW_S, SAMPLE_S = 0.5, 0.02
-"""Over which the median of a point is taken, and how often it is looked at [s]."""
-SAMPLES_LEAST = 5
-SPREAD_MAX = 2e-3
-"""Standard deviation of a captured point [m]: beyond, it was moved."""
 LENGTH_OFF_MAX = 0.1
 """Share of the actuator's length by which base and tip at rest may be nearer or further."""
 BENT_LEAST = 5e-3
 """The bent pose lies at least this far off the line from base to tip [m]."""
-BENDS = 2.5
-"""For which u1+ is filled before the bent pose is captured [s]."""
+TURNED_LEAST = 20.0
+"""An arm never rests quite as its model does: axes that lie nearer to those of the rig file are the same [deg]."""
+UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
 IDLE = 600.0
 """Without a capture for so long the step ends [s]."""
-
-SIGN_BENDS, SIGN_RESTS = 2.0, 1.5
-"""For how long a chamber is filled, and emptied again [s]."""
-TIP_WINDOW = 0.3
-"""Over which the tip is averaged [s]."""
-MOVES_LEAST = 3e-3
-"""Way of the tip along y that tells a sign [m]."""
-PAIRS = (("u1+", 0), ("u2+", 2))
 
 
 class Framing:
@@ -44,6 +47,8 @@ class Framing:
 
     def __init__(self) -> None:
         self._points: dict[Place, Captured] = {}
+        self._named: dict[str, Array] = {}
+        """Every marker with a name, as the tip at rest was captured (3,)."""
         self._asked: asyncio.Queue[tuple[CaptureBody, asyncio.Future[None]]] = asyncio.Queue()
 
     def captured(self) -> list[Captured]:
@@ -61,8 +66,8 @@ class Framing:
         answer.result()
 
     async def do(self, run: StepRun) -> Found:
-        """Until all three are captured."""
-        rest = await run.parts.planner.do(planning.rest_tip, run.parameters)
+        """Until all three are captured, or base and tip show that units or names are wrong."""
+        believed = await run.parts.planner.do(planning.believed, run.parameters)
         while missing := [place for place in PLACES if place not in self._points]:
             run.say(f"waits for {', '.join(missing)} to be captured", 1.0 - len(missing) / len(PLACES), waits=True)
             try:
@@ -70,187 +75,153 @@ class Framing:
             except TimeoutError as error:
                 raise CommandRefused(f"nothing was captured for {IDLE:g} s") from error
             try:
-                self._points[body.place] = await self._take(body, run)
+                self._points[body.place] = await self._take(body, run, believed)
+                fault = self._fault_at_rest(run, believed)
             except TendrilError as error:
                 if not answer.done():
                     answer.set_exception(error)
-            else:
-                if not answer.done():
-                    answer.set_result(None)
-        places = [np.array(self._points[place].at) for place in PLACES]
-        return judged_frame(places, run.actuator.length, rest)
+                continue
+            if not answer.done():
+                answer.set_result(None)
+            if fault is not None:
+                return fault
+        asked = run.file.motion_capture
+        bent = np.array(self._points["bent"].at)
+        return judged_frame(self._rest(), bent, believed, asked.labels, asked.frame)
 
-    async def _take(self, body: CaptureBody, run: StepRun) -> Captured:
+    def _rest(self) -> Rest:
+        return Rest(np.array(self._points["base"].at), np.array(self._points["tip"].at), self._named)
+
+    def _fault_at_rest(self, run: StepRun, believed: Believed) -> Found | None:
+        """What base and tip show to be wrong; CommandRefused where one of them was moved, and is to be taken again."""
+        if not {"base", "tip"} <= set(self._points):
+            return None
+        found = judged_rest(self._rest(), believed, run.file.motion_capture.labels)
+        if not found.good:
+            return found
+        for place in ("base", "tip"):
+            try:
+                require_still(self._points[place])
+            except CommandRefused:
+                del self._points[place]
+                raise
+        return None
+
+    async def _take(self, body: CaptureBody, run: StepRun, believed: Believed) -> Captured:
         run.say(f"captures {body.place}", len(self._points) / len(PLACES))
-        if body.place != "bent":
-            return await _median(body, None, run)
-        if "tip" not in self._points:
-            raise CommandRefused("capture the tip at rest first: the bent pose is that of the same point")
+        if body.place == "bent":
+            return await self._bent(body, run, believed)
+        looks = await watched(run.parts.drivers)
+        if body.place == "tip":
+            self._named = named_in(looks, run.file.motion_capture.labels)
+        return captured(body, looks)
+
+    async def _bent(self, body: CaptureBody, run: StepRun, believed: Believed) -> Captured:
+        """u1+ fills slowly, until the tip's point has gone far enough."""
+        if missing := [place for place in ("tip", "base") if place not in self._points]:
+            raise CommandRefused(f"capture the {missing[0]} at rest first: the bent pose is that of the same point")
+        start = np.array(self._points["tip"].at)
         await run.take_rig()
         try:
-            pressure = jog_pressure(0, run.body.pressure, run.parameters)
-            await run.torque(jog_torque(0, pressure, run.parameters))
-            near = await _led(np.array(self._points["tip"].at), body.point, run)
-            return await _median(body, near, run)
+            at = start
+            for u in slow_torques(0, run, believed):
+                await run.torque(u)
+                await asyncio.sleep(POLL_S)
+                at = await followed(run.parts.drivers, body.point, at)
+                if np.linalg.norm(at - start) >= WAY_ENOUGH:
+                    break
+            await asyncio.sleep(SETTLES_S)
+            bent = captured(body, await watched(run.parts.drivers), at)
+            require_still(bent)
+            run.keep_pair("tip, u1+ filled, as the camera sees it", start, np.array(bent.at), "m")
+            return bent
         finally:
             if run.running:
                 await run.give_back()
 
 
-async def _led(start: Array, name: PointName | None, run: StepRun) -> Array | None:
-    """Follow the tip's point from `start` (3,) while it bends, where it has no name of its own."""
-    if name is not None and not name.startswith("#"):
-        await asyncio.sleep(BENDS)
-        return None
-    loop, at = asyncio.get_running_loop(), start
-    end = loop.time() + BENDS
-    while loop.time() < end:
-        points = points_in(await asyncio.to_thread(run.parts.drivers))
-        at = min(points.values(), key=lambda point: float(np.linalg.norm(point - at)), default=at)
-        await asyncio.sleep(SAMPLE_S)
-    return at
+def named_in(looks: Sequence[Points], labels: Mapping[str, int]) -> dict[str, Array]:
+    """Medians of the markers of `labels` (3,), of those that were seen often enough."""
+    seen = {name: [points[name] for points in looks if name in points] for name in labels}
+    return {name: np.array(median("tip", name, at).at) for name, at in seen.items() if len(at) >= SAMPLES_LEAST}
 
 
-async def _median(body: CaptureBody, near: Array | None, run: StepRun) -> Captured:
-    """Median of a point over WINDOW_S: by name, or the one nearest to where it was last."""
-    loop, seen, name = asyncio.get_running_loop(), list[Array](), body.point
-    end = loop.time() + WINDOW_S
-    while loop.time() < end:
-        points = points_in(await asyncio.to_thread(run.parts.drivers))
-        if near is None:
-            name = _chosen(points, name)
-            near = points[name]
-        one = _followed(points, name, near)
-        if one is not None:
-            seen.append(one)
-            near = one
-        await asyncio.sleep(SAMPLE_S)
-    return captured(body.place, name or "", seen)
-
-
-def points_in(found: Drivers) -> dict[str, Array]:
-    """What motion capture sees now, by name (3,); CommandRefused without a motion capture that gives points."""
-    capture = next((one for one in found.drivers if one.role == "motion_capture"), None)
-    if capture is None:
-        raise CommandRefused("the rig has no motion capture: its plant is simulated")
-    if capture.state != "running":
-        raise CommandRefused(f"motion capture ({capture.driver}) is {capture.state}: {capture.detail}")
-    places = {}
-    for name, values in capture.values.items():
-        if len(values) in (2, 3) and all(value is not None for value in values):
-            places[name] = np.array([*(value or 0.0 for value in values), 0.0][:3])
-    return places
-
-
-def captured(place: Place, name: str, seen: Sequence[Array]) -> Captured:
-    """The median of what was seen (3,); CommandRefused where that is too little, or was moved."""
-    if len(seen) < SAMPLES_LEAST:
-        raise CommandRefused(
-            f"{place}: the point was seen {len(seen)} times in {WINDOW_S:g} s, at least {SAMPLES_LEAST}"
-        )
-    at = np.median(seen, axis=0)
-    spread = float(np.sqrt(((np.array(seen) - at) ** 2).sum(axis=1).mean()))
-    if spread > SPREAD_MAX:
-        bound = f"at most {SPREAD_MAX:g} m: hold it still"
-        raise CommandRefused(f"{place}: the point moved by {spread:.4g} m (rms), {bound}")
-    return Captured(place=place, point=name, at=[float(value) for value in at], spread=spread)
-
-
-def judged_frame(places: Sequence[Array], length: float, rest: tuple[float, float]) -> Found:
-    """The frame by base, tip at rest and bent tip (3,) each, with the tip of the model at `rest` (x, y) [m].
-
-    x runs from base to tip (turned by the angle under which the model's tip is seen at rest), y to the side to which
-    u1+ bends; rigid, base at (0, 0). Not good where units or pose cannot be right.
-    """
-    base, tip, bent = places
-    apart, wanted = float(np.linalg.norm(tip - base)), math.hypot(*rest)
-    numbers = [
-        Number(
-            name="base to tip at rest",
-            value=apart,
-            unit="m",
-            bound=f"{wanted:.4g} m within {LENGTH_OFF_MAX:.0%}",
-            kept=abs(apart - wanted) <= LENGTH_OFF_MAX * wanted,
-        )
-    ]
-    if not numbers[0].kept:
+def judged_rest(rest: Rest, believed: Believed, labels: Mapping[str, int]) -> Found:
+    """By what was seen at rest: units, and whether every marker with a name lies where its rod does."""
+    apart, wanted = float(np.linalg.norm(rest.tip - rest.base)), math.hypot(*believed.rods[-1])
+    off = abs(apart - wanted)
+    bound = f"{wanted:.4g} m within {LENGTH_OFF_MAX:.0%}"
+    length = Number(name="base to tip at rest", value=apart, unit="m", bound=bound, kept=off <= LENGTH_OFF_MAX * wanted)
+    if apart == 0.0:
+        return Found(False, "base and tip at rest are one and the same point", (length,))
+    as_believed = named_markers.placed(rest, believed.rods, labels, 1.0)
+    scaled = named_markers.placed(rest, believed.rods, labels, apart / wanted)
+    told = (length, *named_markers.numbers(scaled if length.kept else as_believed, wanted))
+    if swapped := named_markers.swapped(as_believed) or named_markers.swapped(scaled):
+        return Found(False, swapped, told)
+    if not length.kept:
         why = _units(apart, wanted)
         text = f"base and tip at rest are {apart:.4g} m apart, and the actuator's are {wanted:.4g} m: {why}"
-        return Found(False, text, tuple(numbers))
-    along = (tip - base) / apart
-    aside = (bent - base) - ((bent - base) @ along) * along
+        return Found(False, text, (length,))
+    if misplaced := named_markers.misplaced(scaled, labels, wanted):
+        return Found(False, misplaced, told)
+    return Found(True, f"base and tip {apart * 1e3:.1f} mm apart (actuator {wanted * 1e3:.1f} mm)", told)
+
+
+def judged_frame(rest: Rest, bent: Array, believed: Believed, labels: Mapping[str, int], before: Frame) -> Found:
+    """The frame by what was seen at rest, and the bent tip (3,); `before` is that of the rig file.
+
+    x runs from base to tip (turned by the angle under which the model's tip is seen at rest), y to the side to which
+    u1+ bends; rigid, base at (0, 0). Not good where units, names or pose cannot be right.
+    """
+    found = judged_rest(rest, believed, labels)
+    if not found.good:
+        return found
+    apart = float(np.linalg.norm(rest.tip - rest.base))
+    along = (rest.tip - rest.base) / apart
+    aside = (bent - rest.base) - ((bent - rest.base) @ along) * along
     off = float(np.linalg.norm(aside))
     bound = f"at least {BENT_LEAST:g} m"
-    numbers.append(Number(name="bent pose off the line", value=off, unit="m", bound=bound, kept=off >= BENT_LEAST))
-    if off < BENT_LEAST:
-        return Found(False, f"the bent pose is {off:.4g} m off the line from base to tip: {bound}", tuple(numbers))
-    turn = math.atan2(rest[1], rest[0])
+    kept = off >= BENT_LEAST
+    numbers = (*found.numbers, Number(name="bent pose off the line", value=off, unit="m", bound=bound, kept=kept))
+    if not kept:
+        return Found(False, f"the bent pose is {off:.4g} m off the line from base to tip: {bound}", numbers)
+    turn = math.atan2(believed.rods[-1, 1], believed.rods[-1, 0])
     across = aside / off
     x = math.cos(turn) * along - math.sin(turn) * across
     y = math.sin(turn) * along + math.cos(turn) * across
     axes = np.array([x, y])
-    origin = -(axes @ base)
+    origin = -(axes @ rest.base)
     changes: dict[str, JsonValue] = {
         "motion_capture.frame.axes": [[float(v) for v in row] for row in axes],
         "motion_capture.frame.origin": [float(v) for v in origin],
         "motion_capture.frame.measured": True,
     }
-    told = f"base and tip {apart * 1e3:.1f} mm apart (actuator {length * 1e3:.1f} mm)"
-    text = f"{told}, u1+ bends {off * 1e3:.1f} mm to +y"
-    return Found(True, text, tuple(numbers), changes)
+    text = f"{found.text}, u1+ bends {off * 1e3:.1f} mm to +y{turned(before, axes)}"
+    return Found(True, text, numbers, changes)
 
 
-def _followed(points: dict[str, Array], name: PointName | None, near: Array) -> Array | None:
-    """The point of this name; of those without one, whose numbers may change, the nearest to where it was."""
-    if name is not None and not name.startswith("#"):
-        return points.get(name)
-    return min(points.values(), key=lambda at: float(np.linalg.norm(at - near)), default=None)
+def turned(before: Frame, axes: Array) -> str:
+    """How the axes of the rig file lay to those that were found (2,3), as "; ..."; "" where they are the same."""
+    said = np.array(before.axes)
+    said /= np.linalg.norm(said, axis=1)[:, None]
+    x, y = (math.degrees(math.acos(max(-1.0, min(1.0, float(a @ b))))) for a, b in zip(said, axes, strict=True))
+    same, opposite = TURNED_LEAST, 180.0 - TURNED_LEAST
+    if x < same and y < same:
+        return ""
+    if x < same and y > opposite:
+        return "; y of the rig file was mirrored"
+    if x > opposite and y < same:
+        return "; x of the rig file was mirrored"
+    if x > opposite and y > opposite:
+        return "; the rig file had the camera upside down"
+    return f"; x of the rig file was {x:.0f} degrees off, y {y:.0f}"
 
 
 def _units(apart: float, wanted: float) -> str:
-    for factor, unit in ((1e-3, "mm"), (1e-2, "cm"), (0.0254, "inches")):
-        if abs(apart * factor - wanted) <= LENGTH_OFF_MAX * wanted:
+    for unit, metres in UNITS.items():
+        if abs(apart * metres - wanted) <= LENGTH_OFF_MAX * wanted:
             return f"does the camera measure in {unit}? Set its driver's unit"
+    if abs(1e3 * apart - wanted) <= LENGTH_OFF_MAX * wanted:
+        return "is its driver's unit 1000 times too small?"
     return "are the units right, and was it the tip?"
-
-
-def _chosen(points: dict[str, Array], name: PointName | None) -> PointName:
-    """The name of the point that is meant; CommandRefused where that is not clear."""
-    if name is None and len(points) == 1:
-        return next(iter(points))
-    if name is None or name not in points:
-        asked = "no point is named" if name is None else f"there is no point {name}"
-        raise CommandRefused(f"{asked}: motion capture sees {', '.join(points) or 'none'}")
-    return name
-
-
-async def signs(run: StepRun) -> Found:
-    """Fill u1+, then u2+, and look where the tip goes."""
-    await run.take_rig()
-    ways = []
-    for number, (name, chamber) in enumerate(PAIRS):
-        run.say(f"fills {name}", number / len(PAIRS))
-        await asyncio.sleep(TIP_WINDOW)
-        begin = run.tip(TIP_WINDOW)
-        pressure = jog_pressure(chamber, run.body.pressure, run.parameters)
-        await run.torque(jog_torque(chamber, pressure, run.parameters))
-        await asyncio.sleep(SIGN_BENDS)
-        ways.append(run.tip(TIP_WINDOW) - begin)
-        await run.torque((0.0, 0.0))
-        await asyncio.sleep(SIGN_RESTS)
-    return judged_signs(ways)
-
-
-def judged_signs(ways: list[Array]) -> Found:
-    """By the ways (2,) [m] of the tip when u1+ and u2+ were filled."""
-    bound = f"at least {MOVES_LEAST:g} m"
-    numbers, faults = [], []
-    for (name, _), way in zip(PAIRS, ways, strict=True):
-        dy = float(way[1])
-        numbers.append(Number(name=f"{name}, tip along y", value=dy, unit="m", bound=bound, kept=dy >= MOVES_LEAST))
-        if abs(dy) < MOVES_LEAST:
-            faults.append(f"{name} moves the tip by {dy * 1e3:.1f} mm along y, at least {MOVES_LEAST * 1e3:g} mm")
-        elif dy < 0.0:
-            faults.append(f"{name} moves the tip to -y, by {-dy * 1e3:.1f} mm: is it {name[:2]}- that fills?")
-    moved = ", ".join(f"{name} {way[1] * 1e3:+.1f} mm" for (name, _), way in zip(PAIRS, ways, strict=True))
-    return Found(not faults, "; ".join(faults) or f"tip along y: {moved}", tuple(numbers))

@@ -9,7 +9,7 @@ import numpy as np
 from controller.arrays import Array, Rows, Words
 from controller.errors import ParameterError
 from controller.schema.hardware import PressureLoop, Valves
-from controller.schema.parameters import RigParameters
+from controller.schema.parameters import SENSORS, RigParameters
 from server.hardware.first_mode.messages import MeasuredMode
 from server.hardware.first_mode.planning import as_message
 from server.rig.numbered import in_slots
@@ -96,6 +96,15 @@ class Release(NamedTuple):
     """At which it was released."""
 
 
+class Believed(NamedTuple):
+    """The arm at rest, and how far its chambers move it from there."""
+
+    rods: Array
+    """Distal ends of the rods (10,2), the last one the tip [m]."""
+    ways: tuple[float, float]
+    """Way of the tip by pressure in a chamber of u1, and of u2 [m/Pa]."""
+
+
 class Circle(NamedTuple):
     """Where the first closed loop goes."""
 
@@ -104,13 +113,21 @@ class Circle(NamedTuple):
     """[m]."""
 
 
-def rest_tip(rig: RigParameters) -> tuple[float, float]:
-    """Where the model's tip is without torques (x, y) [m]."""
+def believed(rig: RigParameters) -> Believed:
+    """Of the rig's actuator, by its static model."""
+    from controller.assembly.rod import build_rod
+    from controller.assembly.stability import sensor_places
     from controller.assembly.statics import static_map
+    from controller.kernels.model.statics import at_rest, points_on
     from controller.reference.feasible.reach import static_tips
 
-    x, y = static_tips(static_map(rig.actuator, rig.controller), np.zeros(2))
-    return float(x), float(y)
+    actuator = rig.actuator
+    model, rods = build_rod(actuator, actuator.table_rods), np.zeros((SENSORS, 2))
+    points_on(at_rest(model).q, sensor_places(model), rods)
+    nudge = NUDGE * actuator.u_max
+    tips = static_tips(static_map(actuator, rig.controller), nudge * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]))
+    ways = np.linalg.norm(tips[1:] - tips[0], axis=1) / (nudge * np.array(actuator.pressure_map))
+    return Believed(rods, (float(ways[0]), float(ways[1])))
 
 
 def sweep_torques(rig: RigParameters, grid: int, share: float) -> list[tuple[float, float]]:

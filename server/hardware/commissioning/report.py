@@ -88,6 +88,7 @@ def _section(step: StepName, result: KeptResult) -> Markup:
             (GOOD if result.good else FAULT).format(result.text),
             table(("number", "value", "95 % interval", "unit", "bound"), rows),
             table(("rig file", "before", "found"), changes, ()),
+            table(("what", "before", "after", "difference", "unit"), _pair_rows(result.data), ()),
             _figures(step, result.data),
             Markup("<pre>{}</pre>").format(said) if isinstance(said, str) else Markup(),
         ]
@@ -98,6 +99,17 @@ def _number_row(one: Number) -> tuple[str, ...]:
     interval = "" if one.low is None or one.high is None else f"{one.low:.4g} .. {one.high:.4g}"
     bound = one.bound if one.kept or not one.bound else f"{one.bound}: not kept"
     return one.name, "" if one.value is None else f"{one.value:.4g}", interval, one.unit, bound
+
+
+def _pair_rows(data: Mapping[str, JsonValue]) -> list[tuple[str, ...]]:
+    """Every pair of what was measured before and after something was done."""
+    pairs, rows = data.get("pairs"), []
+    for one in pairs if isinstance(pairs, list) else []:
+        if isinstance(one, dict):
+            before, after = (np.array(one[name], float) for name in ("before", "after"))
+            ways = [_short(values.tolist()) for values in (before, after, after - before)]
+            rows.append((str(one["what"]), *ways, str(one["unit"])))
+    return rows
 
 
 def _figures(step: StepName, data: Mapping[str, JsonValue]) -> Markup:

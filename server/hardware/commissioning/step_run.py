@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import JsonValue
 
+from controller.arrays import Array
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator
 from controller.schema.commissioned import marks
@@ -22,7 +24,7 @@ from controller.schema.parameters import RigParameters
 from controller.schema.rig_file import RigFile
 from server.access.permit import Permit
 from server.hardware.commissioning.messages import TITLES, Progress, StartBody, StepName
-from server.hardware.commissioning.store import CommissioningStore, Found, KeptResult, value_of
+from server.hardware.commissioning.store import CommissioningStore, Found, KeptResult, numbers_of, value_of
 from server.hardware.first_mode.store import FirstModes
 from server.log.events import words
 from server.operate.procedure.motion import require_mode
@@ -67,6 +69,8 @@ class StepRun(Procedure):
         self.advice: Callable[[Cause], str] = lambda cause: ""
         """What to do where this cause has ended it."""
         self.doing, self.share, self.waits = "begins", 0.0, False
+        self.pairs: list[JsonValue] = []
+        """What was measured before and after each thing that was done: the report has them however the step ends."""
         self._found: Found | None = None
 
     @property
@@ -82,6 +86,10 @@ class StepRun(Procedure):
     def say(self, doing: str, share: float = 0.0, waits: bool = False) -> None:
         """Let pages know."""
         self.doing, self.share, self.waits = doing, min(1.0, max(0.0, share)), waits
+
+    def keep_pair(self, what: str, before: Array, after: Array, unit: str) -> None:
+        """Keep what was measured before and after `what`, (n,) each."""
+        self.pairs.append({"what": what, "before": [*numbers_of(before)], "after": [*numbers_of(after)], "unit": unit})
 
     def view(self) -> Progress:
         """For the page."""
@@ -111,6 +119,8 @@ class StepRun(Procedure):
         if found is None or self.state == "ended":
             found = Found(False, f"ended at “{self.doing}”: {self.reason}")
         before = {field: value_of(self.file, field) for field in found.changes}
+        if self.pairs:
+            found = found._replace(data=found.data | {"pairs": self.pairs})
         values = await asyncio.to_thread(self.file.values, self.folder)
         about = {"before": before, "stands_on": marks(self.step, values), "by": self.starter.name}
         result = KeptResult(**found._asdict(), **about, at=datetime.now(UTC))

@@ -1,6 +1,7 @@
 """What each step came to, kept over a restart of the server; and the rig file, into which accepted results go."""
 
 import asyncio
+import math
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Annotated, Any, NamedTuple, Protocol
 from pydantic import Field as Bounds
 from pydantic import JsonValue
 
+from controller.arrays import Array
 from controller.errors import CommandRefused
 from controller.schema.commissioned import StepName, value_at
 from controller.schema.layout import Model
@@ -148,3 +150,8 @@ class CommissionedFile:
 def value_of(rig: RigFile, field: str) -> JsonValue:
     """What the rig file has at `field`, as "valves.chambers"; ParameterError where there is no such field."""
     return value_at(rig.model_dump(mode="json"), field)
+
+
+def numbers_of(values: Array) -> list[float | None]:
+    """(n,) as JSON has them."""
+    return [float(value) if math.isfinite(value) else None for value in values]

@@ -21,7 +21,8 @@ from server.hardware.commissioning import pressure
 from server.hardware.commissioning.messages import CHAMBERS, STEPS
 from server.hardware.commissioning.store import KeptResult
 from tests.server.commissioning_bench import Bench, bench_of
-from tests.server.hardware.commissioning.test_commissioning_steps import camera, first_mode
+from tests.server.hardware.commissioning.test_commissioning_steps import first_mode
+from tests.server.hardware.commissioning.test_frame import camera
 from tests.server.live_server import VIEWER_TOKEN, RigProcess, TestServer, taken, wait_for
 
 pytestmark = pytest.mark.keyed("docs/examples")
@@ -117,8 +118,8 @@ def test_a_chamber_fills_only_while_its_button_is_held_and_what_filled_becomes_t
     assert "# at the left side" in bench.file.read_text()
     step = bench.step("jog")
     assert (step["accepted"], step["lacks"], step["by"]) == (True, "", found["by"])
-    told = {**bench.rig().commissioned, "frame": "seen with the other order"}
-    bench.file.write_text(changed(bench.file.read_text(), {"commissioned": told}, bench.file.name))
+    seen = {"commissioned.frame": "seen with the other order"}
+    bench.file.write_text(changed(bench.file.read_text(), seen, bench.file.name))
     taken(bench.post("jog", "accept"))  # once more, and nothing changes by it
     assert "frame" in bench.rig().commissioned and not bench.step("frame")["accepted"]  # no one noted on what it stands
     bench.file.write_text(bench.file.read_text().replace("0, 1, 3, 2", "0, 1, 2, 3"))
@@ -281,6 +282,7 @@ def test_three_captured_points_tell_the_frame_and_the_bent_one_needs_the_tip_bef
     left = np.array([0.1, 0.1, 0.0]) @ seen.Q.T + seen.place
     assert axes @ left + origin == pytest.approx([0.1, 0.1], abs=0.01)  # but for the set of the twin's rest
     assert bench.put_back()
+    assert "tip, u1+ filled, as the camera sees it" in bench.page.get("/api/commissioning/report").text
     taken(bench.post("frame", "back"))
     assert not bench.rig().motion_capture.frame.measured and bench.state()["captured"] == []
 

@@ -10,13 +10,13 @@ import pytest
 from controller.errors import CommandRefused, ParameterError
 from controller.schema.actuator import PRESETS
 from controller.schema.commissioned import RESTS_ON
-from controller.schema.hardware import Drivers, DriverStatus, Frame, MotionCapture, PressureLoop, Valves
+from controller.schema.hardware import Drivers, DriverStatus, MotionCapture, PressureLoop, Valves
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Law
 from controller.schema.parameters import RigParameters, Settings
 from controller.schema.rig_file import RigFile
-from server.hardware.commissioning import closed_loop, drivers, frame, identify, planning, pressure, report, sweep
+from server.hardware.commissioning import closed_loop, drivers, identify, planning, pressure, report, sweep
 from server.hardware.commissioning.messages import STEPS
 from server.hardware.commissioning.planning import Circle, PressureFit, RawLoop
 from server.hardware.commissioning.steps import ABOUT, lacking, resting_on
@@ -25,63 +25,6 @@ from server.hardware.first_mode.messages import Interval, MeasuredMode
 from server.hardware.messages import RigFileState
 
 RIG = RigParameters()
-
-
-def camera(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """A rotation (3,3) and a place (3,) of the plane in a camera's coordinates."""
-    random = np.random.default_rng(seed)
-    Q, R = np.linalg.qr(random.normal(size=(3, 3)))
-    Q = Q * np.sign(np.diag(R))
-    return Q * np.sign(np.linalg.det(Q)), random.uniform(-2.0, 2.0, 3)
-
-
-@pytest.mark.parametrize("rest", [(0.253, 0.0), (0.24, 0.06)])
-@pytest.mark.parametrize("seed", range(5))
-def test_the_frame_carries_base_and_tip_to_where_they_are_whatever_way_the_camera_looks(
-    seed: int, rest: tuple[float, float]
-) -> None:
-    Q, place = camera(seed)
-    plane = np.array([(0.0, 0.0, 0.0), (*rest, 0.0), (0.19, 0.13, 0.0), (0.1, -0.05, 0.0)])
-    seen = plane @ Q.T + place
-    found = frame.judged_frame(list(seen[:3]), 0.253, rest)
-    assert found.good, found.text
-    axes = np.array(found.changes["motion_capture.frame.axes"])
-    origin = np.array(found.changes["motion_capture.frame.origin"])
-    assert seen @ axes.T + origin == pytest.approx(plane[:, :2], abs=1e-9)
-    assert axes @ axes.T == pytest.approx(np.eye(2), abs=1e-12)
-    Frame.model_validate({"axes": axes.tolist(), "origin": origin.tolist()})
-
-
-def test_a_frame_in_other_units_or_of_a_straight_pose_is_refused_with_numbers() -> None:
-    base, tip, bent = np.zeros(3), np.array([0.0, 253.0, 0.0]), np.array([40.0, 230.0, 0.0])
-    millimetres = frame.judged_frame([base, tip, bent], 0.253, (0.253, 0.0))
-    assert not millimetres.good and "253 m apart, and the actuator's are 0.253 m" in millimetres.text
-    assert "does the camera measure in mm?" in millimetres.text
-    other = frame.judged_frame([base, tip * 1.15e-3, bent * 1e-3], 0.253, (0.253, 0.0))
-    assert not other.good and "are the units right" in other.text
-    straight = frame.judged_frame([base, tip * 1e-3, np.array([0.004, 0.2, 0.0])], 0.253, (0.253, 0.0))
-    assert (
-        not straight.good
-        and "the bent pose is 0.004 m off the line from base to tip: at least 0.005 m" in straight.text
-    )
-
-
-def test_a_point_that_moves_or_is_hardly_seen_is_not_captured() -> None:
-    still = [np.array([1.0, 2.0, 3.0])] * 9 + [np.array([1.0, 2.0, 3.001])]
-    assert frame.captured("base", "wand", still).at == [1.0, 2.0, 3.0]
-    with pytest.raises(CommandRefused, match="tip: the point was seen 4 times"):
-        frame.captured("tip", "wand", still[:4])
-    moving = [np.array([0.01 * n, 0.0, 0.0]) for n in range(10)]
-    with pytest.raises(CommandRefused, match=r"tip: the point moved by 0\.0\d+ m \(rms\), at most 0.002 m"):
-        frame.captured("tip", "wand", moving)
-
-
-def test_a_pair_that_bends_the_wrong_way_or_not_at_all_is_named() -> None:
-    assert frame.judged_signs([np.array([-0.01, 0.1]), np.array([0.0, 0.03])]).good
-    wrong = frame.judged_signs([np.array([0.0, 0.1]), np.array([0.0, -0.03])])
-    assert not wrong.good and wrong.text == "u2+ moves the tip to -y, by 30.0 mm: is it u2- that fills?"
-    still = frame.judged_signs([np.array([0.0, 0.001]), np.array([0.0, 0.03])])
-    assert not still.good and "u1+ moves the tip by 1.0 mm along y, at least 3 mm" in still.text
 
 
 def driver(role: str, **changes: object) -> DriverStatus:
@@ -330,11 +273,13 @@ def test_results_outlive_a_restart_and_a_damaged_file_counts_as_nothing(tmp_path
 def test_the_report_escapes_everything_and_needs_nothing_outside_it() -> None:
     evil = "<script>alert(1)</script>"
     curves = [[[0.0, 0.0, 1.0, 2.0], [1.0, 5.0, None, 3.0], [2.0, 5.0, 4.0, 4.0]]] * 4
+    pair = {"what": evil, "before": [0.25, None], "after": [0.24, 0.0125], "unit": "m"}
     kept = Kept(
         results={
             "pressure": result(evil, data={"curves": curves}, changes={"valves.measured": evil}),
             "statics": result("poses", data={"tips": [[0.1, 0.2], [0.2, 0.1]]}),
             "identify": result("k", data={"said": evil}),
+            "signs": result("moved", data={"pairs": [pair]}),
             "closed_loop": result("round", data={"reference": [[0, 0], [1, 1]], "tip": [[0, 0], [1, 2]]}),
         }
     )
@@ -343,4 +288,5 @@ def test_the_report_escapes_everything_and_needs_nothing_outside_it() -> None:
     assert "<script" not in page and "<b>ann" not in page and "&lt;script&gt;" in page
     assert page.count("<svg") == 6 and "http" not in page and "src=" not in page
     assert "frame assumed, not measured" in page
+    assert "<td>[0.25, nan]</td><td>[0.24, 0.0125]</td><td>[-0.01, nan]</td><td>m</td>" in page
     assert report.page(RigFileState(path="", text="", rig=None, reason="gone", in_force=False), Kept(results={}), None)
