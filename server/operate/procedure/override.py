@@ -46,6 +46,8 @@ class SettingsOverride:
     """What is to be put back."""
     ours: Settings | None = None
     """What it has asked for last; None: nothing is overridden."""
+    former: Settings | None = None
+    """What it had asked for before: still in force where a procedure ended while the rig was being asked."""
     returning: bool = False
     """They are being put back."""
 
@@ -63,7 +65,7 @@ class SettingsOverride:
                 raise CommandRefused("the settings were changed")
             if first:
                 await self._begin(found)
-            self.ours = found.model_copy(update=changes)
+            self.former, self.ours = self.ours, found.model_copy(update=changes)
             await put_in_force(self.ours, self.operator, self.permit)
             if first and self.note is not None:
                 await self.kept.keep(self.ours)
@@ -73,7 +75,8 @@ class SettingsOverride:
         while (ours := self.ours) is not None:
             async with self.kept.changing:
                 found = self.operator.settings
-                same = [name for name in Settings.model_fields if getattr(found, name) == getattr(ours, name)]
+                asked = (ours, self.former or ours)
+                same = [name for name in Settings.model_fields if any(_alike(name, found, one) for one in asked)]
                 wanted = found.model_copy(update={name: getattr(self.before, name) for name in same})
                 with contextlib.suppress(TendrilError):
                     await put_in_force(wanted, self.operator, _restoring())
@@ -94,6 +97,10 @@ class SettingsOverride:
             await asyncio.to_thread(self.note.note_override, found)
         except OSError as error:
             raise CommandRefused(f"the settings cannot be kept meanwhile: {error.strerror}") from error
+
+
+def _alike(name: str, a: Settings, b: Settings) -> bool:
+    return bool(getattr(a, name) == getattr(b, name))
 
 
 def _restoring() -> Permit:
