@@ -210,16 +210,15 @@ class CommandHandler:
             return f"refused: {command.request.name} is not possible while the twin is paused; continue it first"
         if command.request == Request.ARM and (why := self._driver.unready()):
             return f"refused: {why}"
-        return self._uncommissioned(command) or self._too_far(command)
+        hardware = self._info.parameters.hardware
+        missing = hardware is not None and hardware.commissioned == "missing"
+        return (self._uncommissioned(command) if missing else "") or self._too_far(command)
 
     def _uncommissioned(self, command: Command) -> str:
         """Why devices that are not commissioned do not do it, "" where they do.
 
         Frame, signs and chambers may be wrong: the steps that find them arm in open loop, and nothing closes it.
         """
-        hardware = self._info.parameters.hardware
-        if hardware is None or hardware.commissioned != "missing":
-            return ""
         closes = command.settings.law != Law.OPEN_LOOP
         if command.request == Request.ARM and (closes or not command.commissioning):
             return UNCOMMISSIONED
