@@ -102,10 +102,10 @@ def test_a_spike_of_one_tick_reaches_every_viewer(server: TestServer) -> None:
     page = server.operator()
     history = server.services.history
     with page.live() as live:
-        live.send(type="plots", channels=["error.norm"])
+        live.send(type="plots", channels=["p_meas.norm"])
         wait_for(lambda: len(live.plots) > 5, "plots")
         spike = history.newest.copy()
-        spike["error"] = (0.0, 7.0)
+        spike["p_meas"] = (0.0, 7.0)
         history.add(spike)
         wait_for(lambda: any(plot(m)[4].max() == 7.0 for m in list(live.plots)), "the spike")
 
@@ -148,7 +148,8 @@ def test_latecomers_read_the_log(server: TestServer) -> None:
         log = [line["text"] for line in live.wait("hello")["log"]]
         assert f"{name}: clear" in log
         assert f"{name} operates" in log
-        assert live.wait("status")["lease"] == {"held": True, "mine": False, "holder": name, "clutch": False}
+        lease = {"held": True, "mine": False, "holder": name, "clutch": False, "lost": ""}
+        assert live.wait("status")["lease"] == lease
 
 
 def test_whatever_is_refused_is_in_the_log_with_who_and_why(server: TestServer) -> None:
