@@ -4,6 +4,7 @@ import asyncio
 import secrets
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -97,12 +98,16 @@ class Hub:
         self._last_key: object = None
         self._status_at = 0.0
 
-    async def serve(self, viewer: Viewer) -> None:
-        """Send to `viewer` until its socket or the task ends; every send is awaited, and what is stale is skipped."""
+    async def serve(self, viewer: Viewer, hello: Callable[[], str]) -> None:
+        """Send to `viewer` until its socket or the task ends; every send is awaited, and what is stale is skipped.
+
+        What is said from the turn on in which its `hello` is made reaches it, after that.
+        """
         self._come += 1
         viewer.turn = self._come
         self._pages.open.add(viewer)
         try:
+            await viewer.socket.send_text(hello())
             while True:
                 await self._send(viewer)
                 await viewer.wake.wait()

@@ -57,17 +57,16 @@ class Live:
     async def serve(self, viewer: Viewer) -> None:
         """Talk with the page of `viewer` until either side closes, or its session ends."""
         await viewer.socket.accept()
-        await viewer.socket.send_text(self._hello(viewer).model_dump_json())
         handler = SocketHandler(viewer, self.context)
         viewer.socket.scope["state"][URGENT] = handler.urgent
         ended = self.sessions.ended(viewer.who)
-        await until_one_ends(self.hub.serve(viewer), handler.listen(), ended)
+        await until_one_ends(self.hub.serve(viewer, lambda: self._hello(viewer)), handler.listen(), ended)
         handler.leave()
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await viewer.socket.close(POLICY)
 
-    def _hello(self, viewer: Viewer) -> Hello:
-        return Hello(
+    def _hello(self, viewer: Viewer) -> str:
+        hello = Hello(
             session=self.context.control.lease.session(viewer.who, self.settings.unprotected),
             layout=fields(Telemetry),
             channels=CHANNELS,
@@ -75,6 +74,7 @@ class Live:
             rig=self.rig.info,
             log=list(self.context.control.events.recent),
         )
+        return hello.model_dump_json()
 
 
 @router.websocket("/ws/live")
