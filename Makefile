@@ -91,8 +91,10 @@ test-campaign: setup
 test-quick: .venv/kernels
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n $(WORKERS) --dist worksteal -m "not long and not alone and not campaign and not process"
 
+# Each worker has a product of its own, and its pages; modules that need another one come after these.
 test-browser: setup chromium
-	$(BIN)/python -m pytest tests/e2e -n 2 --dist worksteal -m "not long"
+	$(BIN)/python -m pytest tests/e2e -n 2 --dist worksteal -m "not long and not alone"
+	$(BIN)/python -m pytest tests/e2e -m "alone and not long"
 
 test-long: setup chromium
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[engines]' uv
@@ -104,7 +106,7 @@ renew: setup chromium
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n $(WORKERS) --dist worksteal -m "keyed and not long and not alone and not campaign" --renew
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n 2 --dist worksteal -m "keyed and alone and not long" --renew
 	$(BIN)/python -m pytest tests/server/campaign -m campaign --renew
-	$(BIN)/python -m pytest tests/e2e -n 2 --dist worksteal -m "keyed and not long" --renew
+	$(BIN)/python -m pytest tests/e2e -m "keyed and not long" --renew
 
 # The page's types follow the server's OpenAPI; `make types` compares. Tables in docs/ follow the code that acts by them.
 schema: .venv/installed frontend/node_modules/installed

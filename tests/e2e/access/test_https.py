@@ -13,6 +13,8 @@ from tests.e2e.recorded import record_circle
 from tests.e2e.recorder.test_signals import curves_stand, open_recording, sight
 from tests.server.certificate import make_pair
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture(scope="module")
 def product(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Product]:

@@ -11,9 +11,12 @@ from tests.e2e.devices import driven
 from tests.e2e.product import Product, open_page, shot, wait_until
 from tests.e2e.ui.test_accessibility import in_both_schemes, load_axe, look
 
-pytestmark = pytest.mark.keyed(
-    "frontend/src", "server/hardware", "controller/virtual", "controller/drivers", "tests/e2e/*.py", imports=False
-)
+pytestmark = [
+    pytest.mark.alone,
+    pytest.mark.keyed(
+        "frontend/src", "server/hardware", "controller/virtual", "controller/drivers", "tests/e2e/*.py", imports=False
+    ),
+]
 
 JOGGED = 5e3
 """A chamber that shows more than this is filled [Pa]."""

@@ -15,6 +15,8 @@ from controller.schema.modes import Mode
 from recordings.read.reader import read_rows
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
 
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture(scope="module")
 def product(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Product]:
