@@ -33,19 +33,21 @@ RADIUS, TURNS = 20e-3, 0.5
 ROW = record_dtype(Telemetry)
 
 
+def http_client(origin: str) -> httpx.Client:
+    """Each request has a connection of its own: one that was kept may be left from a dead server."""
+    alone = httpx.Limits(max_keepalive_connections=0)
+    return httpx.Client(
+        base_url=origin, headers={"Origin": origin}, timeout=ANSWER_MAX_S, limits=alone, trust_env=False
+    )
+
+
 class Person:
     """One browser: a cookie, a live socket that is read, and presence at 20 Hz while `present`."""
 
     def __init__(self, url: str) -> None:
         """Sign in at the address with the token."""
         self.origin, token = url.split("/?token=")
-        self._http = httpx.Client(
-            base_url=self.origin,
-            headers={"Origin": self.origin},
-            timeout=ANSWER_MAX_S,
-            limits=httpx.Limits(max_keepalive_connections=0),
-            trust_env=False,
-        )
+        self._http = http_client(self.origin)
         self.present, self.dragging, self.asleep = False, False, False
         self.frame: np.void | None = None
         self.status: dict[str, Any] = {}
@@ -58,10 +60,7 @@ class Person:
         self._thread.start()
 
     def request(self, method: str, path: str, **body: Any) -> httpx.Response:
-        """The answer, whatever it is. Nothing is asked twice: what a slow server did not answer in time it still does.
-
-        So each request has a connection of its own: one that was kept may be left from a dead server.
-        """
+        """The answer, whatever it is. Nothing is asked twice: what was not answered in time is still done."""
         try:
             return self._http.request(method, path, json=body or None)
         except httpx.TransportError as error:
