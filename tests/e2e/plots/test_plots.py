@@ -11,6 +11,9 @@ from tests.e2e.tab import end_session
 
 pytestmark = pytest.mark.keyed("frontend/src", "server/plots", "tests/e2e/*.py", imports=False)
 
+FIGURE = re.compile(r"\d|error\|\N{EN DASH}")
+"""Of a readout; vented, there is no reference, and no error."""
+
 
 def saved(page: Page) -> tuple[str, list[float]]:
     """What the CSV of the plots says about itself, and its times [s on the rig's clock]."""
@@ -80,7 +83,7 @@ def test_plots_have_one_cursor_and_the_time_once_under_each_column(page: Page) -
         assert over
         page.mouse.move(over["x"] + 0.5 * over["width"], over["y"] + 0.5 * over["height"])
         for readout in page.get_by_test_id("readout").all():
-            expect(readout).to_have_text(re.compile(r"\d|error\|–"))  # vented, there is no reference, and no error
+            expect(readout).to_have_text(FIGURE)
         page.get_by_test_id("pause").dispatch_event("click")  # else the times change while they are read
         times = page.get_by_test_id("cursor-time").all_inner_texts()
         assert len(times) == columns
