@@ -13,8 +13,8 @@ import pytest
 from _pytest.runner import runtestprotocol
 
 LOOK_S = 0.02
-STALL_S = 0.25
-"""A rig holds after less, but a busy machine alone keeps no thread for so long."""
+STALL_S = 0.1
+"""After as much a board's own watchdog vents; on a machine that is only busy it is rare."""
 TRIES = 3
 WITHIN_S = 100.0
 """A test that has taken longer is not tried again: what a test may take covers all of its tries."""

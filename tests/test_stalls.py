@@ -49,7 +49,7 @@ def test_a_failure_on_a_machine_that_ran_counts_at_once(pytester: pytest.Pyteste
 
 def test_a_failure_while_it_stood_still_is_tried_again_and_said(pytester: pytest.Pytester) -> None:
     ended, said = outcome(pytester, stalls=1, right=3)
-    assert ended == "passed" and "0.50 s: AssertionError: too early: 2" in said
+    assert ended == "passed" and "0.20 s: AssertionError: too early: 2" in said
 
 
 def test_so_is_a_fixture_of_the_whole_module(pytester: pytest.Pytester) -> None:

@@ -9,6 +9,8 @@ from controller.drivers.device import Outlet
 from controller.schema.hardware import CHANNELS
 from controller.virtual.peers import Drive
 
+ANSWER_S = 10.0
+"""Longest wait for an answer that is to come: the machine may be busy."""
 SETPOINTS = np.array([10e3, 20e3, 30e3, 40e3])
 
 

@@ -12,7 +12,7 @@ from controller.drivers.valves.modbus.registers import words_of
 from controller.drivers.valves.modbus.wire import Wire
 from controller.errors import ParameterError
 from controller.virtual.modbus_server import ModbusPeer
-from tests.controller.drivers.commands import SETPOINTS, Plant, vented, wanted
+from tests.controller.drivers.commands import ANSWER_S, SETPOINTS, Plant, vented, wanted
 from tests.controller.drivers.effort import Waits
 
 LISTED = {"map": "registers", "pressure_registers": [1, 2, 3, 4], "setpoint_registers": [11, 12, 13, 14]}
@@ -34,7 +34,7 @@ def valves_at(peer: ModbusPeer, chambers: tuple[int, ...] = (0, 1, 2, 3), **opti
 
 def test_each_chamber_has_its_own_port_and_sensor(peer: ModbusPeer, plant: Plant) -> None:
     valves = valves_at(peer, (9, 2, 0, 1))
-    reading = valves.exchange(wanted(), 0.1)
+    reading = valves.exchange(wanted(), ANSWER_S)
     valves.close()
     assert reading is not None and reading.stopped == ""
     assert reading.pressures.tolist() == [9e3, 2e3, 0.0, 1e3]
@@ -44,7 +44,7 @@ def test_each_chamber_has_its_own_port_and_sensor(peer: ModbusPeer, plant: Plant
 
 def test_pressures_below_the_atmosphere_keep_their_sign(valves: ModbusValves, plant: Plant) -> None:
     plant.sensed[:4] = -50e3, -100.0, 0.0, 700e3
-    reading = valves.exchange(wanted(np.array([-40e3, 0.0, 0.0, 0.0])), 0.1)
+    reading = valves.exchange(wanted(np.array([-40e3, 0.0, 0.0, 0.0])), ANSWER_S)
     assert reading is not None and reading.pressures.tolist() == [-50e3, -100.0, 0.0, 700e3]
     assert plant.drive.pressures[0] == -40e3
 
@@ -52,7 +52,7 @@ def test_pressures_below_the_atmosphere_keep_their_sign(valves: ModbusValves, pl
 def test_one_request_writes_and_reads_everything(peer: ModbusPeer) -> None:
     valves = valves_at(peer, dump_register=-1)
     before = peer.requests
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     valves.close()
     assert peer.requests - before == 2  # the write and the read of one function 23
 
@@ -60,7 +60,7 @@ def test_one_request_writes_and_reads_everything(peer: ModbusPeer) -> None:
 def test_a_device_without_function_23_is_asked_twice(peer: ModbusPeer, plant: Plant) -> None:
     peer.unknown = {23}
     valves = valves_at(peer)
-    reading = valves.exchange(wanted(), 0.1)
+    reading = valves.exchange(wanted(), ANSWER_S)
     valves.close()
     assert reading is not None and reading.pressures[3] == 3e3
     assert plant.drive.pressures[:4].tolist() == SETPOINTS.tolist()
@@ -68,14 +68,14 @@ def test_a_device_without_function_23_is_asked_twice(peer: ModbusPeer, plant: Pl
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_what_is_not_finite_vents(valves: ModbusValves, plant: Plant, value: float) -> None:
-    valves.exchange(wanted(), 0.1)
-    valves.exchange(wanted(np.array([value, 1e5, 1e5, 1e5])), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
+    valves.exchange(wanted(np.array([value, 1e5, 1e5, 1e5])), ANSWER_S)
     assert plant.drive.vent and not plant.drive.pressures.any()
 
 
 def test_setpoints_beyond_the_limits_are_sent_as_the_limits(peer: ModbusPeer, plant: Plant) -> None:
     valves = valves_at(peer, setpoint_max=300e3, setpoint_min=-20e3)
-    valves.exchange(wanted(np.array([1e12, -1e12, 299.96e3, 0.0])), 0.1)
+    valves.exchange(wanted(np.array([1e12, -1e12, 299.96e3, 0.0])), ANSWER_S)
     valves.close()
     assert plant.drive.pressures[:4].tolist() == [300e3, -20e3, 300e3, 0.0]
 
@@ -84,24 +84,24 @@ def test_setpoints_beyond_the_limits_are_sent_as_the_limits(peer: ModbusPeer, pl
 def test_a_vented_command_zeroes_setpoints_and_opens_the_dump_valve(
     valves: ModbusValves, plant: Plant, cut: bool
 ) -> None:
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     assert not plant.drive.vent
-    valves.exchange(vented(cut), 0.1)
+    valves.exchange(vented(cut), ANSWER_S)
     assert plant.drive.vent and plant.drive.cut and not plant.drive.pressures.any()
 
 
 def test_the_terminal_vents_by_its_own_watchdog_when_the_host_dies(peer: ModbusPeer, plant: Plant) -> None:
     valves = valves_at(peer, watchdog=0.15)
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     assert 0.1 < plant.vented_within(1.0) < 0.25
-    reading = valves.exchange(wanted(), 0.1)
+    reading = valves.exchange(wanted(), ANSWER_S)
     assert reading is not None and "slot 0 is ready, its app does not run" in reading.stopped
     valves.close()
 
 
 def test_without_a_watchdog_a_terminal_goes_on_when_the_host_dies(peer: ModbusPeer, plant: Plant) -> None:
     valves = valves_at(peer, watchdog=0.0)
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     valves.close()
     peer.unplug()
     assert plant.vented_within(0.3) == np.inf and plant.drive.pressures[3] == SETPOINTS[3]
@@ -109,17 +109,17 @@ def test_without_a_watchdog_a_terminal_goes_on_when_the_host_dies(peer: ModbusPe
 
 def test_after_its_watchdog_it_drives_again_only_once_vented(peer: ModbusPeer, plant: Plant) -> None:
     valves = valves_at(peer, watchdog=0.1)
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     plant.vented_within(1.0)
     for _ in range(20):
-        reading = valves.exchange(wanted(), 0.1)
+        reading = valves.exchange(wanted(), ANSWER_S)
         assert reading is not None and reading.stopped != ""
         assert not plant.drive.pressures.any()
         time.sleep(0.005)
     for _ in range(20):
-        valves.exchange(vented(), 0.1)
+        valves.exchange(vented(), ANSWER_S)
         time.sleep(0.005)
-    reading = valves.exchange(wanted(), 0.1)
+    reading = valves.exchange(wanted(), ANSWER_S)
     valves.close()
     assert reading is not None and reading.stopped == "" and plant.drive.pressures[3] == SETPOINTS[3]
 
@@ -127,17 +127,17 @@ def test_after_its_watchdog_it_drives_again_only_once_vented(peer: ModbusPeer, p
 def test_a_failed_slot_stops_all_and_is_acknowledged_while_vented(
     peer: ModbusPeer, valves: ModbusValves, plant: Plant
 ) -> None:
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     peer.terminal.fail(1)
-    valves.exchange(wanted(), 0.1)
-    reading = valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
+    reading = valves.exchange(wanted(), ANSWER_S)
     assert reading is not None and "slot 1 has failed" in reading.stopped and not plant.drive.pressures.any()
     peer.terminal.mend(1)
     for _ in range(5):
-        reading = valves.exchange(wanted(), 0.1)
+        reading = valves.exchange(wanted(), ANSWER_S)
         assert reading is not None and "slot 1 is not ready" in reading.stopped
     for _ in range(20):
-        reading = valves.exchange(vented(), 0.1)
+        reading = valves.exchange(vented(), ANSWER_S)
         time.sleep(0.01)
     assert reading is not None and reading.stopped == ""
 
@@ -212,7 +212,7 @@ def test_a_device_that_stops_answering_keeps_calls_in_time_and_is_lost(peer: Mod
         valves.exchange(wanted(), 0.05)
     peer.thaw()
     valves.open()
-    assert valves.exchange(wanted(), 0.1) is not None
+    assert valves.exchange(wanted(), ANSWER_S) is not None
 
 
 def test_an_answer_that_comes_too_late_is_dropped_and_counted(peer: ModbusPeer) -> None:
@@ -222,7 +222,7 @@ def test_an_answer_that_comes_too_late_is_dropped_and_counted(peer: ModbusPeer) 
     time.sleep(0.1)
     peer.late, before = 0.0, valves.rejected
     begun = time.monotonic_ns()
-    reading = valves.exchange(wanted(), 0.1)
+    reading = valves.exchange(wanted(), ANSWER_S)
     valves.close()
     assert reading is not None and begun < reading.t_ns < time.monotonic_ns()
     assert valves.rejected == before + 1
@@ -233,7 +233,7 @@ def test_exceptions_are_said_in_words_and_busy_passes(peer: ModbusPeer, valves: 
     assert valves.exchange(wanted(), 0.05) is None and valves.rejected == 1
     peer.exception = 2
     with pytest.raises(DeviceError, match="has no such register"):
-        valves.exchange(wanted(), 0.1)
+        valves.exchange(wanted(), ANSWER_S)
 
 
 def test_half_an_answer_is_none_and_what_follows_is_no_modbus(peer: ModbusPeer, valves: ModbusValves) -> None:
@@ -242,32 +242,32 @@ def test_half_an_answer_is_none_and_what_follows_is_no_modbus(peer: ModbusPeer, 
         for _ in range(6):
             valves.exchange(wanted(), 0.05)
     valves.open()
-    assert valves.exchange(wanted(), 0.1) is not None
+    assert valves.exchange(wanted(), ANSWER_S) is not None
 
 
 def test_a_terminal_that_lost_its_power_is_started_again(peer: ModbusPeer, valves: ModbusValves, plant: Plant) -> None:
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     peer.reset()
     assert plant.drive.vent
     with pytest.raises((DeviceError, OSError)):
-        valves.exchange(wanted(), 0.1)
+        valves.exchange(wanted(), ANSWER_S)
     valves.open()
     assert plant.vented_within(0.0) == 0.0 or not plant.drive.pressures.any()
-    reading = valves.exchange(wanted(), 0.1)
+    reading = valves.exchange(wanted(), ANSWER_S)
     assert reading is not None and reading.stopped == "" and plant.drive.pressures[3] == SETPOINTS[3]
 
 
 def test_an_unplugged_terminal_is_found_again(peer: ModbusPeer, valves: ModbusValves) -> None:
-    valves.exchange(wanted(), 0.1)
+    valves.exchange(wanted(), ANSWER_S)
     peer.unplug()
     with pytest.raises((DeviceError, OSError)):
-        valves.exchange(wanted(), 0.1)
+        valves.exchange(wanted(), ANSWER_S)
     valves.close()
     with pytest.raises(DeviceError):
         valves.open()
     peer.plug()
     valves.open()
-    assert valves.exchange(wanted(), 0.1) is not None
+    assert valves.exchange(wanted(), ANSWER_S) is not None
 
 
 def test_close_ends_a_call_that_waits(peer: ModbusPeer, valves: ModbusValves) -> None:
@@ -284,7 +284,7 @@ def test_close_ends_a_call_that_waits(peer: ModbusPeer, valves: ModbusValves) ->
     thread.start()
     time.sleep(0.1)
     valves.close()
-    thread.join(1.0)
+    thread.join(60.0)
     assert not thread.is_alive() and len(errors) == 1
 
 
@@ -298,7 +298,7 @@ def test_a_map_of_registers_reads_and_writes_them(peer: ModbusPeer) -> None:
         "dump_register": -1,
     }
     valves = valves_at(peer, **options)
-    reading = valves.exchange(wanted(np.array([100.0, 200.0, 300.0, -10.0])), 0.1)
+    reading = valves.exchange(wanted(np.array([100.0, 200.0, 300.0, -10.0])), ANSWER_S)
     valves.close()
     assert reading is not None and reading.pressures.tolist() == [500.0, 1500.0, 2500.0, 3500.0]
     written = peer.terminal.registers(time.monotonic())

@@ -11,7 +11,7 @@ import pytest
 from controller.drivers.valves.modbus.driver import ModbusValves
 from controller.drivers.valves.modbus.registers import words_of
 from controller.virtual.modbus_server import ModbusPeer
-from tests.controller.drivers.commands import Plant, vented, wanted
+from tests.controller.drivers.commands import ANSWER_S, Plant, vented, wanted
 from tests.controller.drivers.valves.test_modbus import LISTED, valves_at
 
 PORTS = [40004, 40007, 40010, 40013]
@@ -33,7 +33,7 @@ def test_numbers_of_two_registers_are_read_in_the_devices_order(
 ) -> None:
     asked = {"map": "registers", "pressure_registers": SHOWN, "setpoint_registers": PORTS, "dump_register": -1}
     valves = valves_at(peer, **asked, pressure_type="int32", signed=False, pressure_scale=0.001, **options)
-    reading = valves.exchange(vented(), 0.1)
+    reading = valves.exchange(vented(), ANSWER_S)
     valves.close()
     millibar = np.rint(plant.read()[:8] / 100.0).astype(int).reshape(4, 2)
     assert len(set(millibar.ravel())) == 8
@@ -45,7 +45,7 @@ def test_numbers_of_two_registers_are_read_in_the_devices_order(
 def test_floats_in_bar_are_written_in_the_devices_order(peer: ModbusPeer, order: dict[str, Any], code: str) -> None:
     asked = {"map": "registers", "pressure_registers": SHOWN, "setpoint_registers": PORTS, "dump_register": -1}
     valves = valves_at(peer, **asked, setpoint_type="float32", setpoint_scale=1e5, **order)
-    assert valves.exchange(wanted(np.array([10e3, 20e3, 30e3, -5e3])), 0.1) is not None
+    assert valves.exchange(wanted(np.array([10e3, 20e3, 30e3, -5e3])), ANSWER_S) is not None
     valves.close()
     written = peer.terminal.registers(time.monotonic())
     words = [struct.pack(">HH", written[register], written[register + 1]) for register in PORTS]
@@ -59,7 +59,7 @@ def test_a_loop_of_4_to_20_ma_has_its_zero_where_nothing_is_asked_for(peer: Modb
     valves = valves_at(peer, **asked, **scale)
     words = []
     for outlet in (wanted(np.array([0.0, 100e3, 200e3, 400e3])), vented()):
-        reading = valves.exchange(outlet, 0.1)
+        reading = valves.exchange(outlet, ANSWER_S)
         written = peer.terminal.registers(time.monotonic())
         words.append([written[register] for register in PORTS])
     valves.close()
@@ -71,7 +71,7 @@ def test_a_device_that_knows_function_06_only_is_written_word_by_word(peer: Modb
     peer.unknown = {16, 23}
     asked = {"map": "registers", "pressure_registers": SHOWN, "setpoint_registers": [40004, 40005, 40007, 40008]}
     valves = valves_at(peer, **asked, write_single=True)
-    reading = valves.exchange(wanted(np.array([1000.0, 2000.0, 3000.0, 4000.0])), 0.1)
+    reading = valves.exchange(wanted(np.array([1000.0, 2000.0, 3000.0, 4000.0])), ANSWER_S)
     valves.close()
     written = peer.terminal.registers(time.monotonic())
     assert reading is not None
