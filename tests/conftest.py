@@ -9,7 +9,6 @@ import pytest
 
 from tests import processes
 from tests.keyed import Keyed
-from tests.stalls import Stalls, Watch
 
 STARTING = {"shared_rig", "shell", "built"}
 """Fixtures that start processes, which serve several tests."""
@@ -21,7 +20,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     processes.watch()
-    config.pluginmanager.register(Stalls(Watch()))
     whole = not any("::" in str(one) for one in config.args) and not config.getoption("keyword")
     if config.option.markexpr != "long":  # those are run whole, changed or not
         config.pluginmanager.register(Keyed(config.getoption("--renew"), whole))

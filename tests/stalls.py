@@ -54,6 +54,11 @@ class Watch:
             before = now
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Every session has it (`addopts` in pyproject.toml)."""
+    config.pluginmanager.register(Stalls(Watch()))
+
+
 class Stalls:
     """Tries again what failed while the machine stood still."""
 
