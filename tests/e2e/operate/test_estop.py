@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from controller.schema.modes import Mode
-from tests.e2e.edge import APART, REACHED, SIZES, ZOOMED, ask, clear, press, troubles
+from tests.e2e.edge import APART, REACHED, SIZES, ZOOMED, ask, clear, escape_twice, press, troubles
 from tests.e2e.product import Product, open_page, shot, wait_until
 from tests.e2e.tab import end_session
 
@@ -110,8 +110,7 @@ def test_without_its_cookie_it_stops_by_the_socket_and_signed_out_names_the_hard
         resize(touched, width, height)
         found += troubles(touched, f"signed out, {width} x {height}")
     assert not found, "\n".join(found)
-    touched.keyboard.press("Escape")
-    touched.keyboard.press("Escape")
+    escape_twice(touched)
     news = touched.get_by_test_id("stop-news")
     expect(news).to_contain_text("use the hardware stop")
     expect(news).to_contain_text("live connection: no connection; web request: sign in first")

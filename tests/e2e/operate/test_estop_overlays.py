@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, FilePayload, Locator, Page, expect
 
 from controller.schema.modes import Mode
-from tests.e2e.edge import ask, clear, press, troubles
+from tests.e2e.edge import ask, clear, escape_twice, press, troubles
 from tests.e2e.product import Product, open_page, shot, wait_until
 from tests.e2e.recorded import record_circle
 from tests.e2e.tab import end_session
@@ -219,8 +219,7 @@ def by_keys(page: Page, product: Product, where: str) -> None:
         page.keyboard.press("Escape")
         expect(layers, where).not_to_have_count(count)
     assert product.mode() == Mode.FOLLOW, where
-    page.keyboard.press("Escape")
-    page.keyboard.press("Escape")
+    escape_twice(page)
     expect(page.get_by_test_id("stop-news"), where).to_contain_text("E-STOP arrived at the rig")
     assert product.mode() == Mode.E_STOP, where
 

@@ -11,7 +11,7 @@ from tests.e2e.tab import end_session
 
 pytestmark = pytest.mark.keyed("frontend/src", "server/plots", "tests/e2e/*.py", imports=False)
 
-FIGURE = re.compile(r"\d|error\|\N{EN DASH}")
+FIGURE = re.compile("\\d|error\\|\N{EN DASH}")
 """Of a readout; vented, there is no reference, and no error."""
 
 
