@@ -14,7 +14,8 @@ from _pytest.runner import runtestprotocol
 
 LOOK_S = 0.02
 STALL_S = 0.1
-"""After as much a board's own watchdog vents; on a machine that is only busy it is rare."""
+"""After as much a board's own watchdog vents. None in 40 s beside four programs that spin, on two cores (2026-11-28);
+beside another product, whose loop is before all others, it may be 0.3 s."""
 TRIES = 3
 WITHIN_S = 100.0
 """A test that has taken longer is not tried again: what a test may take covers all of its tries."""

@@ -60,7 +60,7 @@ class Person:
         self._thread.start()
 
     def request(self, method: str, path: str, **body: Any) -> httpx.Response:
-        """The answer, whatever it is. Nothing is asked twice: what was not answered in time is still done."""
+        """The answer, success or not. Nothing is asked twice: a server that is late still does what it was asked."""
         try:
             return self._http.request(method, path, json=body or None)
         except httpx.TransportError as error:

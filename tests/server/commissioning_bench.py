@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from controller.schema.commissioned import StepName
+from controller.schema.hardware import DriverStatus
 from controller.schema.modes import Law, Mode
 from controller.schema.rig_file import RigFile, noted, read_rig_file
 from tests.server.live_server import Live, Page, TestServer, free_environment, taken, wait_for
@@ -91,3 +92,14 @@ def bench_of(endpoint: str, folder: Path) -> Iterator[Bench]:
             bench.live.close()
     finally:
         server.close()
+
+
+def driver_status(role: str, values: dict[str, Any]) -> DriverStatus:
+    """Of a device that runs and shows `values`."""
+    return DriverStatus.model_validate(
+        {
+            "role": role, "driver": role, "device": "there", "state": "running", "detail": "", "capabilities": (),
+            "rate": 200.0, "age": 0.0, "latency": 0.0, "clock": "two-way", "clock_offset": 0.0, "frames": 0, "lost": 0,
+            "rejected": 0, "reconnects": 0, "values": values,
+        }
+    )  # fmt: skip

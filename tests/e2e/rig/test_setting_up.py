@@ -132,6 +132,7 @@ def test_a_recording_plays_in_3d_stands_at_its_end_and_begins_again(page: Page) 
     shot(page, "replay")
 
 
+@pytest.mark.alone  # beside another product the server is silent for a second, and the banner says that instead
 def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Page) -> None:
     operate(page, "Actuator")
     here = page.get_by_test_id("actuator-P2").get_attribute("aria-pressed") == "true"  # tried again
@@ -147,10 +148,8 @@ def test_the_rig_comes_back_with_another_actuator_and_the_page_follows(page: Pag
     expect(page.get_by_test_id("state")).to_contain_text("VENTED")
     expect(page.get_by_test_id(f"actuator-{former}")).not_to_have_attribute("aria-disabled", "true")
     said = page.evaluate("window.__said")
-    heard = [text for text in said["banner"] if "No connection to the server" not in text]  # the machine is busy then
-    assert heard and all(f"starts with actuator {other}" in text for text in heard), heard
-    told = said["actuator-status"]
-    assert any(f"The rig starts with {other}; it comes back vented" in text for text in told), told
+    assert said["banner"] and all(f"starts with actuator {other}" in text for text in said["banner"]), said
+    assert any(f"The rig starts with {other}; it comes back vented" in text for text in said["actuator-status"]), said
     shot(page, "actuator")
 
 

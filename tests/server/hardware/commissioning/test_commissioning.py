@@ -13,14 +13,14 @@ import numpy as np
 import pytest
 
 from controller.schema.commissioned import marks
-from controller.schema.hardware import Drivers, DriverStatus
+from controller.schema.hardware import Drivers
 from controller.schema.modes import Law, Mode
 from controller.schema.parameters import RigParameters
 from controller.schema.rig_file import changed, noted
 from server.hardware.commissioning import pressure
 from server.hardware.commissioning.messages import CHAMBERS, STEPS
 from server.hardware.commissioning.store import KeptResult
-from tests.server.commissioning_bench import Bench, bench_of
+from tests.server.commissioning_bench import Bench, bench_of, driver_status
 from tests.server.hardware.commissioning.test_commissioning_steps import first_mode
 from tests.server.hardware.commissioning.test_frame import camera
 from tests.server.live_server import VIEWER_TOKEN, RigProcess, TestServer, taken, wait_for
@@ -240,17 +240,9 @@ class Camera:
         tip = np.array([*rows[0]["p_meas"], 0.0]) @ self.Q.T + self.place
         far = tip + np.array([0.0, 0.0, 0.5])
         values = {"wand": self.place.tolist(), "#1": far.tolist(), "#2": tip.tolist()}
-        return Drivers(drivers=(status("motion_capture", values), status("valves", {"pressures": [0.0] * 4})))
-
-
-def status(role: str, values: dict[str, list[float]]) -> DriverStatus:
-    return DriverStatus.model_validate(
-        {
-            "role": role, "driver": role, "device": "there", "state": "running", "detail": "", "capabilities": (),
-            "rate": 200.0, "age": 0.0, "latency": 0.0, "clock": "two-way", "clock_offset": 0.0, "frames": 0, "lost": 0,
-            "rejected": 0, "reconnects": 0, "values": values,
-        }
-    )  # fmt: skip
+        return Drivers(
+            drivers=(driver_status("motion_capture", values), driver_status("valves", {"pressures": [0.0] * 4}))
+        )
 
 
 def test_three_captured_points_tell_the_frame_and_the_bent_one_needs_the_tip_before(bench: Bench) -> None:

@@ -27,6 +27,7 @@ from server.hardware.commissioning.step_run import StepContext, StepRun
 from server.hardware.commissioning.store import CommissioningStore, Found
 from server.rig.history import History
 from tests.controller.trial import Trial, true_tip
+from tests.server.commissioning_bench import driver_status
 from tests.server.virtual_time import VirtualLoop
 
 T = TypeVar("T")
@@ -112,15 +113,9 @@ class Bench:
         return Drivers(drivers=(self._status("motion_capture", values), self._status("valves", board)))
 
     def _status(self, role: str, values: dict[str, Any]) -> DriverStatus:
+        found = driver_status(role, values)
         gone = self.lost and role == "valves"
-        return DriverStatus.model_validate(
-            {
-                "role": role, "driver": role, "device": "there", "state": "lost" if gone else "running",
-                "detail": self.lost if gone else "", "capabilities": (), "rate": 200.0, "age": 0.0, "latency": 0.0,
-                "clock": "two-way", "clock_offset": 0.0, "frames": 0, "lost": 0, "rejected": 0, "reconnects": 0,
-                "values": values,
-            }
-        )  # fmt: skip
+        return found.model_copy(update={"state": "lost", "detail": self.lost}) if gone else found
 
     def _in_plane(self, places: np.ndarray) -> np.ndarray:
         """Places (n,2) [m] as the frame of the rig's own file has them."""
