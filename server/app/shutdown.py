@@ -48,6 +48,13 @@ class Server(uvicorn.Server):
         """End in order."""
         await self._before_end()
         await super().shutdown(sockets)
+        await self._hang_up()
+
+    async def _hang_up(self) -> None:
+        """Wait for nobody: under TLS a page that does not say goodbye would keep uvloop, and this process, for ever."""
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
+        await asyncio.sleep(0)
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:

@@ -256,6 +256,15 @@ class Socket(Chunked, WebSocketsSansIOProtocol):
         except InvalidState:  # it was to be closed once more
             self.transport.close()
 
+    def shutdown(self) -> None:
+        """The server ends. A page that is just leaving was sent the closing message: uvicorn sends it once more, fails,
+        and ends nothing of what comes after it.
+        """
+        try:
+            super().shutdown()
+        except InvalidState:
+            self.transport.close()
+
     async def receive(self) -> ASGIReceiveEvent:
         """The next message; what is urgent was acted on before."""
         message = await self.queue.get()
