@@ -25,8 +25,8 @@ ALWAYS = ".ci/requirements.lock"
 IMPORT = re.compile(r"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|.+)|import ([\w.]+))", re.MULTILINE)
 STARTED = re.compile(r"""["']((?:controller|recordings|server|tests)(?:\.\w+)+)["']""")
 """What is imported or started by its name in a text (`-m`)."""
-MADE = ("__pycache__", "server/static/", "recordings/data/")
-"""Where what is built, or recorded, lies among the sources."""
+LEFT_OUT = ("__pycache__", "server/static/", "recordings/data/", ".test.ts")
+"""What is built, or recorded, among the sources, and the page's own tests, which are no part of it."""
 PACKAGES = ("controller", "recordings", "server")
 DISPATCHES = "server/cli/main.py"
 """Imports in its functions begin each command of the product: a test that gives one names what that command imports."""
@@ -72,7 +72,7 @@ def data_beside(files: Iterable[Path]) -> set[Path]:
 def named(pattern: str) -> Iterator[Path]:
     """The files that a mark means by a file, a folder or a pattern: at least one."""
     found = [inner for one in ROOT.glob(pattern) for inner in (one.rglob("*") if one.is_dir() else [one])]
-    kept = [one for one in found if one.is_file() and not any(made in str(one) for made in MADE)]
+    kept = [one for one in found if one.is_file() and not any(part in str(one) for part in LEFT_OUT)]
     if not kept:
         raise pytest.UsageError(f"keyed: {pattern} names no file")
     yield from kept

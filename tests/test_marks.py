@@ -68,6 +68,9 @@ def test_what_a_named_program_imports_is_an_input_and_what_nothing_names_is_none
     assert key(tree, "named.py") != named
     (tree / "data/two.csv").write_text("2")
     assert key(tree, "data") != key(tree, "data/one.csv")
+    both = key(tree, "data")
+    (tree / "data/page.test.ts").write_text("test")
+    assert key(tree, "data") == both
     with pytest.raises(pytest.UsageError, match=r"gone\.py names no file"):
         key(tree, "gone.py")
 

@@ -1,4 +1,4 @@
-import { expect, test } from "vitest";
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import type { FromBrowser } from "../../api/types";
 import { Live } from "../../live/live";
 import { EMPTY_PAGE, type Page } from "../../live/page";
@@ -7,6 +7,10 @@ import { Store } from "../../ui/store";
 import { Operations } from "../operations";
 import { TargetControl } from "./targetControl";
 import { handleOf, type RigTarget } from "./handle";
+
+// Moves go out every 4 ms at most: a machine that stands still for longer between two of them sends both.
+beforeEach(() => vi.useFakeTimers({ toFake: ["setTimeout", "clearTimeout", "performance"] }));
+afterEach(() => vi.useRealTimers());
 
 test("letting go is said once, after the last move; with the clutch on no move comes after it", () => {
   const sent: FromBrowser[] = [];
