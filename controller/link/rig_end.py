@@ -71,6 +71,7 @@ class RigEnd:
         self.refusals = Refusals(rig)
         self._keys = Keys(rig)
         self._seals, self._prover, self._holder = seals, seals.prover, Holder()
+        self._zenoh = session
         self._boot = seals.boot.to_bytes(8, "little")
         self._service = service
         self._publisher = session.declare_publisher(
@@ -101,6 +102,13 @@ class RigEnd:
         """
         payload = rows.tobytes()
         self._publisher.put(payload, attachment=self._prover.batch(self._keys.telemetry, payload))
+
+    def publish_last(self, rows: np.ndarray) -> None:
+        """Send the last ones: there will be no one to ask for a replay, so they wait where the link is full."""
+        payload = rows.tobytes()
+        seal = self._prover.batch(self._keys.telemetry, payload)
+        block = zenoh.CongestionControl.BLOCK
+        self._zenoh.put(self._keys.telemetry, payload, attachment=seal, congestion_control=block, express=True)
 
     def close(self) -> None:
         """Withdraw the token first, then the rest."""

@@ -171,7 +171,7 @@ class RigProcess:
             self._leave_orphaned()
             due = max(due + PUMP_S, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
-        self._send(end)
+        self._send(end, last=True)
         end.close()
         if self.ring.header[STOP] == 0:
             raise TendrilError("the control loop ended by itself")
@@ -179,12 +179,13 @@ class RigProcess:
     def _beat(self) -> None:
         self.ring.header[PUMP_NS] = time.monotonic_ns()
 
-    def _send(self, end: RigEnd) -> None:
+    def _send(self, end: RigEnd, last: bool = False) -> None:
         """All that is there now; what comes meanwhile waits for its own turn."""
+        publish = end.publish_last if last else end.publish
         for _ in range(1 + (self.ring.head - self._sent) // BATCH_ROWS_MAX):
             start, rows = self.ring.read(self._sent, BATCH_ROWS_MAX)
             if len(rows):
-                end.publish(rows)
+                publish(rows)
             self._sent = start + len(rows)
 
     def _leave_orphaned(self) -> None:
