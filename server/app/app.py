@@ -178,6 +178,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
     try:
         yield {WHOLE: lane}
     finally:
+        await services.procedures.leave()
         services.scheduler.stop()
         await services.viser_files.close()
         await asyncio.to_thread(services.close)

@@ -1,5 +1,6 @@
 """What the server is made of, put together once. Every route and socket asks for the parts that it needs, by class."""
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 
@@ -74,6 +75,8 @@ from server.scene.scene import Scene
 from server.scene.viser_files import ViserFiles
 from server.settings import ServerSettings
 
+log = logging.getLogger(__name__)
+
 
 class Services:
     """The parts, each made once from what it needs, in the order of what they need: a room at a time.
@@ -112,13 +115,15 @@ class Services:
 
     def close(self) -> None:
         """End plans, commands and link, then run and recording (which have then seen every row), then the 3D view."""
-        for end in (self.tokens.stop, self.planner.stop, self.reader.stop):
-            end()
-        for part in (self.operator, self.rig, self.procedures, self.results, self.recorder):
-            part.close()
-        for last in (self.scene, self.webhook, self.events.writer, self.audit.writer, self.folder, self.exports):
-            if last is not None:
-                last.close()
+        first = (self.tokens.stop, self.planner.stop, self.reader.stop)
+        then = (self.operator, self.rig, self.procedures, self.results, self.recorder)
+        last = (self.scene, self.webhook, self.events.writer, self.audit.writer, self.folder, self.exports)
+        ends: list[Callable[[], object]] = [*first, *(part.close for part in (*then, *last) if part is not None)]
+        for end in ends:
+            try:
+                end()
+            except Exception:  # one that fails ends the others no less
+                log.exception("%s failed", getattr(end, "__qualname__", end))
 
     def _log_and_access(self) -> None:
         file = TokenFile(self.settings)

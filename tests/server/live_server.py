@@ -281,6 +281,7 @@ class TestServer:
             page.close()
         self._server.should_exit = True
         self._thread.join()
+        assert not self._server.lifespan.error_occurred, "the server did not end in order: see its log"
 
 
 async def _at_once() -> None:

@@ -35,6 +35,8 @@ from server.operate.procedure.override import RETRY_S
 
 REST_MAX_S = 30.0
 """Longest wait until the rig is vented; it goes on to rest by itself."""
+LEAVE_MAX_S = 2.0
+"""Longest wait of a server that ends until settings are put back; what is left of it the next one does."""
 ORPHANED_TRACKING_S = 0.5
 """A rig that tracks though no procedure has it do so is held after so long, and again every RETRY_S."""
 GONE, RESTARTED = "the rig is gone", "the rig restarted"
@@ -148,9 +150,14 @@ class Procedure(Motion):
         if self.has_rig and not self.rests and not self._overtaken:
             self._halt()
 
+    def leave(self) -> bool:
+        """The server is about to end: so do steps, while the rig still hears. Whether it is worth to wait for them."""
+        if self._steps is not None:
+            self.end(SERVER_ENDED)
+        return not self.running
+
     def close(self) -> None:
-        """The server ends."""
-        self.end(SERVER_ENDED)
+        """The server has ended, and its link with it."""
 
     async def go(self) -> None:
         """From the first step to when the rig is given back."""
@@ -254,8 +261,14 @@ class Procedures:
         if failures:
             raise failures[0]
 
+    async def leave(self) -> None:
+        """The server is about to end: end all steps, and put back what they have overridden, in LEAVE_MAX_S at most."""
+        end = self._clock() + LEAVE_MAX_S
+        while any([one.leave() for one in self._under_way]) and self._clock() < end:
+            await asyncio.sleep(POLL_S)
+
     def close(self) -> None:
-        """The server ends."""
+        """The server has ended; from any thread."""
         for one in self._under_way:
             one.close()
 

@@ -187,7 +187,7 @@ ENDS: dict[str, tuple[Callable[[World], object], str, Mode]] = {
     "a silent rig": (cut, "the rig is gone", Mode.HOLD),
     "FAULT": (goes(Mode.FAULT, Cause.TRACKING_ERROR), "the rig is in FAULT (tracking error)", Mode.FAULT),
     "E-STOP by the rig": (goes(Mode.E_STOP, Cause.PRESSURE_MISMATCH), "the rig is in E-STOP (", Mode.E_STOP),
-    "the server's end": (lambda world: world.procedures.close(), "the server ended", Mode.HOLD),
+    "the server's end": (lambda world: world.loop.create_task(world.procedures.leave()), "the server ended", Mode.HOLD),
     "the server's shutdown": (asks(Request.REST, own()), "REST, asked for by the server", Mode.VENTED),
     "other settings": (change, "the settings were changed", Mode.HOLD),
 }
