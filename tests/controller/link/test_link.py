@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+import zenoh
 
 from controller.errors import LayoutMismatch, ParameterError, RigUnreachable
 from controller.link import ENDLESS, PlannedRows, RigClient
@@ -228,3 +229,24 @@ def test_a_batch_that_the_answer_overtook_is_passed_over_once(endpoint: str, rig
     wait_for(lambda: reader.client._refusals.count == 1)
     assert reader.ticks == [*range(5, 10)]
     reader.client.close()
+
+
+def test_the_last_rows_of_a_rig_wait_where_the_link_is_full(rig: FakeRig, endpoint: str) -> None:
+    """Any others are dropped there, and asked for again: of a rig that ends nobody can ask."""
+    with open_session(key=KEY, connect=endpoint) as session:
+        slow = session.declare_subscriber(Keys("fake").telemetry, zenoh.handlers.FifoChannel(1))
+
+        def comes() -> bool:
+            rig.publish(0, 1)
+            return slow.try_recv() is not None
+
+        wait_for(comes)
+        for first in range(1, 2001):
+            rig.publish(first, first + 50)
+        last = threading.Thread(target=rig.end.publish_last, args=(rig.rows[-50:],))
+        last.start()
+        seen = [0]
+        while seen[-1] != rig.rows["tick"][-1]:
+            seen.append(int(np.frombuffer(slow.recv().payload.to_bytes(), rig.rows.dtype)["tick"][-1]))
+        last.join()
+        assert len(seen) < 2000, "nothing was dropped: the link was never full"
