@@ -47,7 +47,7 @@ class SettingsOverride:
     ours: Settings | None = None
     """What it has asked for last; None: nothing is overridden."""
     former: Settings | None = None
-    """What it had asked for before: still in force where a procedure ended while the rig was being asked."""
+    """What may be in force as well: while the rig is asked, and where it did not answer, what was before."""
     returning: bool = False
     """They are being put back."""
 
@@ -55,7 +55,7 @@ class SettingsOverride:
     def changed(self) -> bool:
         """Whether others have changed the settings meanwhile."""
         idle = self.ours is None or self.returning or self.kept.changing.locked()
-        return not idle and self.operator.settings != self.ours
+        return not idle and self.operator.settings not in (self.ours, self.former)
 
     async def put(self, **changes: object) -> None:
         """Put the settings with `changes` in force, CommandRefused where others changed them or the rig refuses."""
@@ -65,8 +65,9 @@ class SettingsOverride:
                 raise CommandRefused("the settings were changed")
             if first:
                 await self._begin(found)
-            self.former, self.ours = self.ours, found.model_copy(update=changes)
+            self.former, self.ours = found, found.model_copy(update=changes)
             await put_in_force(self.ours, self.operator, self.permit)
+            self.former = self.ours
             if first and self.note is not None:
                 await self.kept.keep(self.ours)
 

@@ -51,6 +51,14 @@ class Vented(Nudge):
         return await super().ask(Request.ARM if request == Request.HOLD else request, target)
 
 
+class Twice(Nudge):
+    """Another one after it."""
+
+    async def steps(self) -> None:
+        await super().steps()
+        await self.override.put(u_open=(0.02, 0.0))
+
+
 class Refused(Nudge):
     """A step of it cannot be."""
 
@@ -258,3 +266,10 @@ def test_what_a_dead_server_had_overridden_is_put_back_by_the_next_one_once_the_
     world.pass_time(3.0)
     assert (world.rig.mode, world.rig.settings, world.note.overridden) == (Mode.VENTED, before, None)
     assert world.log() == ["the settings that a step of the commissioning had overridden are put back"]
+
+
+def test_a_rig_that_does_not_answer_is_not_said_to_have_other_settings(world: World) -> None:
+    nudge = world.start(Twice)
+    world.rig.deaf = True
+    world.pass_time(10.0)
+    assert nudge.state == "ended" and "did not answer" in nudge.reason, nudge.reason
