@@ -232,7 +232,7 @@ def test_a_batch_that_the_answer_overtook_is_passed_over_once(endpoint: str, rig
 
 
 def test_the_last_rows_of_a_rig_wait_where_the_link_is_full(rig: FakeRig, endpoint: str) -> None:
-    """Any others are dropped there, and asked for again: of a rig that ends nobody can ask."""
+    """Any others are dropped there, and asked for again: a rig that has ended can be asked for none."""
     with open_session(key=KEY, connect=endpoint) as session:
         slow = session.declare_subscriber(Keys("fake").telemetry, zenoh.handlers.FifoChannel(1))
 

@@ -1,4 +1,4 @@
-"""A page that leaves while the server ends: whatever it does, the server comes to its end in order."""
+"""A page that leaves while the server ends, or stays and says nothing: the server comes to its end in order."""
 
 import socket
 import ssl

@@ -1,4 +1,4 @@
-"""A step of the commissioning that is ended, whatever ends it: rig, server and settings after it."""
+"""A step of the commissioning that is ended in each way there is: rig, server and settings after it."""
 
 from collections.abc import Iterator
 from pathlib import Path
