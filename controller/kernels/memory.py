@@ -18,6 +18,7 @@ STATE = np.dtype(
         ("mode", "<i8"),
         ("cause", "<i8"),
         ("entered", "<i8"),  # 1 in the tick in which the mode changed
+        ("begins", "<i8"),  # 1 in the tick in which it became a live one: u led the arm until then
         ("request_n", "<i8"),
         ("request_cause", "<i8"),
         ("presence", "<i8"),

@@ -4,6 +4,7 @@ import math
 
 from controller.arrays import Array, Pair, Record
 from controller.kernels.compiled import kernel
+from controller.kernels.control.begin import feeds_back, tip_fed_back
 from controller.kernels.control.feedforward import OPEN_LOOP, towards
 from controller.kernels.control.inverse import way_down
 from controller.kernels.memory import Control
@@ -18,7 +19,7 @@ from controller.schema.modes import Law, RowKind
 
 SENSORS = TIP.bit_length()
 """The tip's is the last."""
-FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
+FF_P, FF_I, FF_PI = int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
 KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
 BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch fades (ours) [s]."""
@@ -43,12 +44,11 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     """
     state = control.state[0]
     live = is_live(state.mode) and settings.law != OPEN_LOOP
-    wanted = live and settings.law > FF and settings.sensed != 0 and not state.blending
+    wanted = live and feeds_back(settings) and not state.blending
     closed = wanted and state.used != 0
     measured = state.used & TIP
-    for j in range(2):
-        tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
-        telemetry.error[j] = state.p_ref[j] - tip
+    tip_x, tip_y = tip_fed_back(state.used, telemetry)
+    telemetry.error[0], telemetry.error[1] = state.p_ref[0] - tip_x, state.p_ref[1] - tip_y
     led = state.mode != TRACK
     how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN) + 16 * led
     told = told_of_tip(state.used, control.controller[0]) if led else 1.0
@@ -56,7 +56,7 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     lag = control.controller[0].feedback_lag if led and not switched else 0.0
     update_sensitivity(control)
     smooth(telemetry.error, control.dt / (lag + control.dt), state)
-    if not live or settings.law == FF or settings.law == FF_P or state.blending:
+    if not live or not integrates(settings) or state.blending:
         state.integral[0] = state.integral[1] = state.u_int[0] = state.u_int[1] = 0.0
     keep_integral(settings, led, control)
     f_1, f_2 = effort(state, settings)
@@ -65,7 +65,10 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
         g_1, g_2 = g_1 + state.u_int[0], g_2 + state.u_int[1]
     else:
         g_1 = g_2 = 0.0
-    fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
+    stays = state.mode == HOLD and settings.law == FF_P  # nothing else would hold the arm where it is
+    fade_bump(g_1, g_2, live, switched, 1.0 if stays else math.exp(-control.dt / BUMP_TIME), state)
+    if state.begins and closed and integrates(settings):
+        take_over(state)
     if state.moved_over:  # it is the model that moves, not the arm: the tip that was estimated before is wrong
         forget_tracking(telemetry.error, state)
     elif closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
@@ -103,6 +106,24 @@ def fade_bump(g_1: float, g_2: float, live: bool, switched: bool, fade: float, s
         else:
             state.bump[j] *= fade
         state.u_fb[j] = raw + state.bump[j]
+
+
+@kernel
+def integrates(settings: Record) -> bool:
+    """Whether the law has an integral."""
+    return settings.law == FF_I or settings.law == FF_PI
+
+
+@kernel
+def take_over(state: Record) -> None:
+    """Where a live mode begins what the torques in force have over the model's is the integral's.
+
+    So the arm stays where it is, and the model's error there is known from the start. Not in the paper, see `begin`.
+    In place: state.u_int, state.bump.
+    """
+    for j in range(2):
+        state.u_int[j] += state.bump[j]
+        state.bump[j] = 0.0
 
 
 @kernel
@@ -294,7 +315,7 @@ def integrate(settings: Record, telemetry: Record, push_1: float, push_2: float,
     """
     state, e = control.state[0], telemetry.error
     closed = state.scheme & 2
-    if not closed or not (settings.law == FF_I or settings.law == FF_PI):
+    if not closed or not integrates(settings):
         return
     if telemetry.saturated:
         w_1, w_2 = through_sensitivity(control, settings.K_I[0] * e[0], settings.K_I[1] * e[1])
