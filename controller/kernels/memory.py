@@ -80,6 +80,7 @@ STATE = np.dtype(
         ("told", "<f8"),  # what the markers in use tell of the tip, as a share of P and I
         ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
         ("gains", "<f8", (6,)),
+        ("K_FF", "<f8", (2,)),  # in force: the settings', or the reference's own
     ]
 )
 """Memory of the controller, one record."""

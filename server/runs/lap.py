@@ -9,6 +9,7 @@ from controller.arrays import Array
 from controller.link import ENDLESS
 from controller.reference.feasible.bounds import Limits
 from controller.reference.reference import row_kinds
+from controller.schema.modes import RowKind
 
 
 class Allowed(NamedTuple):
@@ -39,8 +40,8 @@ class Lap:
     travel: np.ndarray
     """(n,) of bool: rows of `p` that only lead to another pose of the arm, or back to the start."""
     allowed: Allowed
-    known: bool
-    """Whether the arm is known to follow the shape."""
+    kind: RowKind
+    """Of the shape's rows."""
     steps: tuple[int, ...] = ()
     """Rows of `p` at which a declared step begins."""
 
@@ -70,15 +71,15 @@ class Leg:
     """Rows of the shape that were followed in earlier legs."""
     ticks: int
     """Rows to follow in all."""
-    known: bool
-    """Whether the arm is known to follow the rows that are judged."""
+    kind: RowKind
+    """Of the rows that are judged."""
     steps: bool = False
     """It declares that it steps."""
 
     @property
     def kinds(self) -> np.ndarray:
         """RowKind (n,) of uint8."""
-        return row_kinds(self.travel, self.known)
+        return row_kinds(self.travel, self.kind)
 
     def row(self, index: np.ndarray) -> np.ndarray:
         """Rows of `p` that come at `index` (k,), counted from the leg's first tick."""

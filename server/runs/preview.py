@@ -15,7 +15,7 @@ from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from controller.schema.modes import Mode, Request
+from controller.schema.modes import Mode, Request, RowKind
 from controller.schema.parameters import REFERENCE_ROWS, RigParameters, Settings
 from controller.simulation.metrics import true_tip
 from controller.simulation.run import armed, plan, request, require_mode
@@ -65,7 +65,8 @@ class PreviewInParts:
         row = np.arange(leg.ticks)
         p, u = np.vstack([before[0], leg.p[leg.row(row)]]), np.vstack([before[1], leg.u[leg.row(row)]])
         travelled = np.append(np.ones(self._ahead, bool), leg.travel[leg.row(row)])
-        reference = Reference(self._lap.name, p, 0, u=u, travel=travelled, known=self._lap.known)
+        known, fed = self._lap.kind >= RowKind.KNOWN, self._lap.kind == RowKind.FED
+        reference = Reference(self._lap.name, p, 0, u=u, travel=travelled, known=known, velocity_feedforward=fed)
         self._simulation = started(rig, reference, settings)
         self._rows = np.zeros(len(p), FIELDS)
         self._shown, self._told = evenly(leg.ticks), 0

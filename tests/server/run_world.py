@@ -11,7 +11,7 @@ import numpy as np
 from controller.assembly.statics import static_map
 from controller.errors import TendrilError
 from controller.reference.feasible.within_reach import projected
-from controller.schema.modes import Mode
+from controller.schema.modes import Mode, RowKind
 from controller.schema.parameters import RigParameters, Settings
 from controller.system.scheduler import Scheduler
 from recordings.format.annotations import Annotation, Approach
@@ -51,7 +51,9 @@ LONGEST_REQUEST = sum(DEADLINES[phase] for phase in (Phase.PREPARING, Phase.STAR
 def planned(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
     """A line of 3 s, there and back."""
     allowed = allowed_by(rig, settings, drawn=True)
-    return Lap("line", np.empty((0, 2)), PATH, 0, torques(), None, np.zeros(len(PATH), bool), allowed, known=False)
+    return Lap(
+        "line", np.empty((0, 2)), PATH, 0, torques(), None, np.zeros(len(PATH), bool), allowed, kind=RowKind.DRAWN
+    )
 
 
 @cache

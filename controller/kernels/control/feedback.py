@@ -20,7 +20,7 @@ from controller.schema.modes import Law, RowKind
 SENSORS = TIP.bit_length()
 """The tip's is the last."""
 FF_P, FF_I, FF_PI = int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
-KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
+KNOWN, TRAVEL, FED = int(RowKind.KNOWN), int(RowKind.TRAVEL), int(RowKind.FED)
 BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch fades (ours) [s]."""
 FORGET_WAY = 0.4
@@ -50,8 +50,9 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     tip_x, tip_y = tip_fed_back(state.used, telemetry)
     telemetry.error[0], telemetry.error[1] = state.p_ref[0] - tip_x, state.p_ref[1] - tip_y
     led = state.mode != TRACK
-    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN) + 16 * led
+    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind >= KNOWN) + 16 * led
     told = told_of_tip(state.used, control.controller[0]) if led else 1.0
+    choose_velocity_gain(settings, control.controller[0], state)
     switched = scheme_changed(settings, how, told, state)
     lag = control.controller[0].feedback_lag if led and not switched else 0.0
     update_sensitivity(control)
@@ -135,7 +136,18 @@ def effort(state: Record, settings: Record) -> Pair:
     P = settings.law == FF_P or settings.law == FF_PI
     f_1, f_2 = P * settings.K_P[0] * state.error_low[0], P * settings.K_P[1] * state.error_low[1]
     f_1, f_2 = state.told * f_1, state.told * f_2
-    return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
+    return f_1 + state.K_FF[0] * state.p_ref_dot[0], f_2 + state.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
+
+
+@kernel
+def choose_velocity_gain(settings: Record, bounds: Record, state: Record) -> None:
+    """K_FF is the operator's; where that is 0 a reference whose figures were published with another one has that.
+
+    Paper: on in Task 2 and for the circles of Task 3, off in Task 5. In place: state.K_FF.
+    """
+    own = state.kind == FED and settings.K_FF[0] == 0.0 and settings.K_FF[1] == 0.0
+    for j in range(2):
+        state.K_FF[j] = bounds.reference_K_FF if own else settings.K_FF[j]
 
 
 @kernel
@@ -180,7 +192,7 @@ def update_sensitivity(control: Control) -> None:
     S online: paper, "Task-space PI control". The rest is not in the paper. In place: control.
     """
     state, bounds = control.state[0], control.controller[0]
-    ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
+    ratio = bounds.weak_ratio if state.kind >= KNOWN else bounds.weak_ratio_live
     statics = control.smap.statics
     u1, u2 = state.u[0], state.u[1]
     body = under_pressure(statics.body, u1, u2, control.scratch)
@@ -192,7 +204,7 @@ def update_sensitivity(control: Control) -> None:
     strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
     state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
     square = det * det
-    if is_live(state.mode) and state.kind != KNOWN:
+    if is_live(state.mode) and state.kind < KNOWN:
         side = side_of(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
         square = max(0.0, min(square, det * side))
     state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
@@ -245,8 +257,8 @@ def scheme_changed(settings: Record, how: int, told: float, state: Record) -> bo
     for j in range(2):
         changed |= settings.K_P[j] != state.gains[j]
         changed |= settings.K_I[j] != state.gains[2 + j]
-        changed |= settings.K_FF[j] != state.gains[4 + j]
-        state.gains[j], state.gains[2 + j], state.gains[4 + j] = settings.K_P[j], settings.K_I[j], settings.K_FF[j]
+        changed |= state.K_FF[j] != state.gains[4 + j]
+        state.gains[j], state.gains[2 + j], state.gains[4 + j] = settings.K_P[j], settings.K_I[j], state.K_FF[j]
     return changed
 
 
