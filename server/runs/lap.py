@@ -10,6 +10,7 @@ from controller.link import ENDLESS
 from controller.reference.feasible.bounds import Limits
 from controller.reference.reference import row_kinds
 from controller.schema.modes import RowKind
+from controller.schema.parameters import RigParameters, Settings
 
 
 class Allowed(NamedTuple):
@@ -53,6 +54,12 @@ class Lap:
     def torques(self) -> Array:
         """(n, 2) [N m] of `p`."""
         return self.u[len(self.lead) :]
+
+
+def velocity_gain(kind: RowKind, rig: RigParameters, settings: Settings) -> tuple[float, float]:
+    """K_FF [s] with which rows of `kind` are followed, in x and y: the kernel's `choose_velocity_gain`."""
+    own = kind == RowKind.FED and settings.K_FF == (0.0, 0.0)
+    return (rig.controller.reference_K_FF,) * 2 if own else settings.K_FF
 
 
 @dataclass(frozen=True)
