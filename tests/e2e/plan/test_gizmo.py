@@ -61,6 +61,16 @@ def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(context: Browse
     page.get_by_test_id("disarm").click()
     wait_until(lambda: frame(page)["mode"] == Mode.VENTED)
     page.get_by_test_id("lease-release").click()
+    expect(page.get_by_test_id("lease-take")).to_be_visible()
+    wait_until(lambda: gizmo(page))
+    at = gizmo(page)
+    assert at
+    page.mouse.move(*at)
+    time.sleep(1.0)  # as above
+    page.mouse.down()
+    expect(page.get_by_test_id("scene-hint")).to_contain_text("only the operator may do this")
+    shot(page, "gizmo refused")
+    page.mouse.up()
 
 
 def test_a_3d_view_drawn_in_software_draws_less_while_the_target_is_held(
