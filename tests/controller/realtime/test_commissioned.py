@@ -28,8 +28,8 @@ PATIENT = SafetyLimits(loop_gap=0.4, operator_timeout=5.0, pressures_lost=5.0, m
 
 
 @contextmanager
-def rig_of_devices(folder: Path, commissioned: Commissioned) -> Iterator[LiveRig]:
-    camera, plant, over = capture_peer("json", {}), Plant(), threading.Event()
+def rig_of_devices(folder: Path, commissioned: Commissioned, plant: Plant | None = None) -> Iterator[LiveRig]:
+    camera, plant, over = capture_peer("json", {}), plant or Plant(), threading.Event()
     valves = ModbusPeer(plant.read, plant.take)
 
     def film() -> None:
@@ -80,3 +80,19 @@ def test_with_all_of_it_accepted_or_waived_it_arms(tmp_path: Path, commissioned:
         assert rig.operator.send(Request.ARM, settings=CLOSED).mode == Mode.HOLD
         assert rig.operator.client.info is not None and rig.operator.client.info.parameters.hardware is not None
         assert rig.operator.client.info.parameters.hardware.commissioned == commissioned
+
+
+def test_it_is_not_armed_while_a_vented_chamber_holds_pressure(tmp_path: Path) -> None:
+    """A valve that is stuck, or a supply that leaks through: "vented" is what the valves were told."""
+    plant = Plant()
+    with rig_of_devices(tmp_path, "accepted", plant) as rig:
+        plant.sensed = np.array([0.0, 0.0, 62e3, 0.0])
+        wait_for(lambda: (row := rig.ring().newest()) is not None and row["pressure_meas"][2] > 60e3)
+        reply = rig.operator.send(Request.ARM, settings=CLOSED)
+        assert (reply.accepted, reply.mode) == (False, Mode.VENTED)
+        assert reply.detail == (
+            "refused: u2+ holds 62 kPa though it is vented: wait until it is empty, or see to its valve and its supply"
+        )
+        plant.sensed = np.array([0.0, 0.0, 5e3, 0.0])
+        wait_for(lambda: (row := rig.ring().newest()) is not None and row["pressure_meas"][2] < 6e3)
+        assert rig.operator.send(Request.ARM, settings=CLOSED).mode == Mode.HOLD
