@@ -61,7 +61,7 @@ def lap_of(reference: Reference, rig: RigParameters, laps: int | None, allowed: 
             p, u = travel(smap, end, again, allowed.travel, allowed.dt, least)
             way_back = p[1:], u[1:]
     back = len(way_back[0])
-    _require_room(round(APPROACH / allowed.dt) + len(lead) + len(shape) + back, allowed.dt)
+    _require_room(round((APPROACH + SETTLE) / allowed.dt) + len(lead) + len(shape) + back, allowed.dt)
     return Lap(
         name=reference.name,
         lead=lead,
