@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from controller.reference import library
-from controller.schema.modes import Mode, RowKind
+from controller.reference.reference import Reference
+from controller.schema.modes import Mode, Request, RowKind
 from controller.schema.parameters import RigParameters, Settings
 from controller.simulation.run import armed, plan, request
-from controller.reference.reference import Reference
-from controller.schema.modes import Request
 from server.drawing.references import listed
 from server.runs.lap import velocity_gain
 from server.runs.messages import Preview, PreviewBody
