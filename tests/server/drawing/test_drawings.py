@@ -144,7 +144,8 @@ def test_the_preview_is_what_the_twin_does() -> None:
     assert found.broken_off == ""
     assert found.rmse == pytest.approx(error(RIG), rel=1e-9)
     assert found.t[found.start] == pytest.approx(settled(planned(drawing(), RIG, LIVE)).start * 1e-3, abs=0.01)
-    assert found.approach[0] == pytest.approx(static_tips(static_map(RIG.actuator, RIG.controller), REST)[0], abs=1e-4)
+    rest = static_tips(static_map(RIG.actuator, RIG.controller), REST)
+    assert found.approach[0] == pytest.approx(tuple(rest.ravel()), abs=1e-4)
     assert found.approach[-1] == pytest.approx(STAR[0], abs=1e-4)
     assert found.rmse < (found.max_error or 0.0) < 0.03
     twice, begin = predicted(PreviewBody(drawing=drawing(), laps=2), RIG, LIVE, REST), found.t[found.start]
