@@ -284,7 +284,7 @@ class Wanted(Model):
     reference: Annotated[str, Bounds(min_length=1, max_length=80)] | None = None
     """A name of the library, or its title."""
     K_FF: Literal["published", "settings"] = "published"
-    """Published: a reference whose figures were published with velocity feedforward has it where the settings have 0."""
+    """Published: a reference whose figures were published with velocity feedforward has it where settings have 0."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
