@@ -20,7 +20,7 @@ from server.access.sessions import Sessions
 from server.http.given import given
 from server.http.rates import POLICY, Rates, Verdict
 from server.http.who import Identity, Me
-from server.live.messages import Refused
+from server.operate.messages import Refused
 from server.operate.pages import Pages
 from server.operate.target_control import TargetContext
 from server.scene.drag import Drag

@@ -4,7 +4,15 @@ import math
 
 from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
-from controller.kernels.control.inverse import MARGIN, REFINE_STEPS, STARTS, TOLERANCE, keep_branch, other_branch, refine
+from controller.kernels.control.inverse import (
+    MARGIN,
+    REFINE_STEPS,
+    STARTS,
+    TOLERANCE,
+    keep_branch,
+    other_branch,
+    refine,
+)
 from controller.kernels.control.timing import feedforward_ticks
 from controller.kernels.memory import Control
 from controller.kernels.model.statics import static_tip
