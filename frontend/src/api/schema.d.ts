@@ -4350,7 +4350,7 @@ export interface components {
       reference?: string | null;
       /**
        * K Ff
-       * @description Published: a reference whose figures were published with velocity feedforward has it where the settings have 0.
+       * @description Published: a reference whose figures were published with velocity feedforward has it where settings have 0.
        * @default published
        * @enum {string}
        */
@@ -5462,7 +5462,7 @@ export interface components {
       reference?: string | null;
       /**
        * K Ff
-       * @description Published: a reference whose figures were published with velocity feedforward has it where the settings have 0.
+       * @description Published: a reference whose figures were published with velocity feedforward has it where settings have 0.
        * @default published
        * @enum {string}
        */
