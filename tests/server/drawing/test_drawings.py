@@ -2,7 +2,6 @@
 
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,6 @@ from controller.errors import ParameterError
 from controller.reference.feasible.approach import branch
 from controller.reference.feasible.reach import static_tips
 from controller.reference.path_file import read_samples
-from controller.reference.reference import Reference
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
@@ -32,6 +30,7 @@ from server.runs.messages import PreviewBody
 from server.runs.preview import predicted
 from server.runs.tracker import standing
 from tests.server.live_server import TestServer, wait_for
+from tests.server.run_world import settled
 
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
 STAR = [(0.03 + 0.02 * math.sin(turn), 0.14 + 0.02 * math.cos(turn)) for turn in 0.8 * math.pi * np.arange(5)]
@@ -48,16 +47,6 @@ def error(rig: RigParameters) -> float:
     reference = settled(planned(drawing(), RIG, LIVE))
     rows = run(rig, reference, LIVE, rig.twin.seed)
     return rmse((reference.p - rows["p_meas"])[reference.start :])
-
-
-def settled(reference: Reference) -> Reference:
-    """The same, with the time at its first point that a run stands there."""
-    first, waits = reference.start, round(SETTLE * 1e3)
-    assert reference.u is not None and reference.travel is not None
-    p, u = (np.insert(rows, [first] * waits, rows[first], axis=0) for rows in (reference.p, reference.u))
-    return replace(
-        reference, p=p, u=u, start=first + waits, travel=np.insert(reference.travel, [first] * waits, values=True)
-    )
 
 
 def test_a_square_is_as_long_and_as_fast_as_asked() -> None:
