@@ -7,7 +7,7 @@ looking for longer than `STALL_S` meanwhile, the test has not judged anything. A
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from _pytest.runner import runtestprotocol
@@ -26,7 +26,8 @@ REPEATED = "repeated"
 class Watch:
     """A thread that notes when it was kept from looking."""
 
-    def __init__(self) -> None:
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
         self._stalls: list[float] = []
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._look, name="stalls", daemon=True)
@@ -47,9 +48,9 @@ class Watch:
         return max(self._stalls, default=0.0)
 
     def _look(self) -> None:
-        before = time.monotonic()
+        before = self._now()
         while not self._over.wait(LOOK_S):
-            now = time.monotonic()
+            now = self._now()
             if now - before - LOOK_S > STALL_S:
                 self._stalls.append(now - before)
             before = now

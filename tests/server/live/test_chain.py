@@ -159,6 +159,8 @@ def test_a_stop_that_was_pressed_while_the_rig_was_gone_stops_it_when_it_is_back
             assert "rig" in gone.json()["detail"]
             mortal.start()
             live.wait_mode(Mode.E_STOP)
+            stopper = server.services.operator.stopper
+            wait_for(lambda: not stopper.waits, "the rig's answer, which comes once its latch is on disk")
             assert page.command("arm").status_code == 409
             assert page.command("clear").json()["mode"] == Mode.VENTED
             assert page.command("arm").json()["mode"] == Mode.HOLD
