@@ -1,14 +1,13 @@
-"""The application in a thread and event loop of its own, apart from the loop that reads and writes the network.
+"""The application's event loop, and beside it, in a thread and loop of its own, what reads and writes the network.
 
-Whatever pages make the application do, and however long it takes or hangs, the network's loop goes on. Requests that
+Whatever pages make the application do, and however long it takes or hangs, the network goes on. Requests that
 must not wait for that (an E-STOP) are answered in it; all others cross over, each with what it receives and sends.
 Signs of presence cross, too: while the application hangs, an operator sees nothing, so the rig holds.
 """
 
 import asyncio
-import threading
 from collections.abc import Callable, Coroutine
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, TypeVar
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -20,28 +19,20 @@ T = TypeVar("T")
 
 
 class ApplicationLoop:
-    """An ASGI application that runs in a thread of its own. Enter it before it is called, from another event loop."""
+    """An ASGI application that is called from another event loop than its own, while it runs."""
 
     def __init__(
         self, app: ASGIApp, here: frozenset[str], loops: Callable[[], asyncio.AbstractEventLoop] | None = None
     ) -> None:
         """Requests for the paths `here` are answered in the loop that calls. `loops` makes the application's own."""
         self._app, self._here, self._loops = app, here, loops
-        self._began: Future[asyncio.AbstractEventLoop] = Future()
-        self._over = asyncio.Event()
         self.ended = asyncio.Event()
         """In the network's loop: the application's life is over, and all that belongs to it."""
-        self._thread = threading.Thread(target=self._run, name="application")
 
-    def __enter__(self) -> "ApplicationLoop":
-        self._thread.start()
-        self._loop = self._began.result()
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        """What still runs there is cancelled."""
-        self._loop.call_soon_threadsafe(self._over.set)
-        self._thread.join()
+    def run(self, network: Callable[[], None]) -> None:
+        """Serve in this thread until `network`, which calls this from a thread of its own, has ended."""
+        with asyncio.Runner(loop_factory=self._loops) as runner:
+            runner.run(self._beside(network))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request, socket, or life of the application."""
@@ -63,13 +54,10 @@ class ApplicationLoop:
     async def _served(self, scope: Scope, crossing: "Crossing") -> None:
         await self._app(scope, crossing.receive, crossing.send)
 
-    def _run(self) -> None:
-        with asyncio.Runner(loop_factory=self._loops) as runner:
-            runner.run(self._until_over())
-
-    async def _until_over(self) -> None:
-        self._began.set_result(asyncio.get_running_loop())
-        await self._over.wait()
+    async def _beside(self, network: Callable[[], None]) -> None:
+        self._loop = asyncio.get_running_loop()
+        with ThreadPoolExecutor(1, "network") as thread:
+            await self._loop.run_in_executor(thread, network)
 
 
 class Crossing:

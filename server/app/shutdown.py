@@ -4,13 +4,12 @@ While operators still hear and the recording still runs, the rig is brought to r
 """
 
 import asyncio
-import contextlib
 import logging
 import signal
 import socket
 import threading
 import time
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine
 from typing import Any
 
 import uvicorn
@@ -50,9 +49,13 @@ class Server(uvicorn.Server):
         self._watchdog = LoopWatchdog(deadly, "network loop")
 
     def run(self, sockets: list[socket.socket] | None = None) -> None:
-        """Serve until stopped."""
-        with self._application:
-            super().run(sockets)
+        """Serve until stopped: the application in this thread, the network beside it. SIGTERM and SIGINT ask for the
+        end; uvicorn would raise them again after it, and end with code -15.
+        """
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGTERM, signal.SIGINT):
+                signal.signal(number, self.handle_exit)
+        self._application.run(lambda: super(Server, self).run(sockets))
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Connections are accepted, and a signal ends in order, when `ready` is said."""
@@ -74,14 +77,6 @@ class Server(uvicorn.Server):
         for connection in list(self.server_state.connections):
             connection.transport.abort()
         await asyncio.sleep(0)
-
-    @contextlib.contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """SIGTERM and SIGINT ask for the end. uvicorn would raise them again after it, and end with code -15."""
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGTERM, signal.SIGINT):
-                signal.signal(number, self.handle_exit)
-        yield
 
 
 async def come_to_rest(services: Services) -> None:

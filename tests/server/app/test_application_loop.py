@@ -128,8 +128,8 @@ def serve(
     app: Callable[[Scope, Receive, Send], Awaitable[None]], use: Callable[[ApplicationLoop], Awaitable[None]]
 ) -> None:
     """Run `use` in an event loop of its own beside the application's."""
-    with ApplicationLoop(app, frozenset({"/here"})) as application:
-        asyncio.run(asyncio.wait_for(use(application), WAIT_MAX_S))
+    application = ApplicationLoop(app, frozenset({"/here"}))
+    application.run(lambda: asyncio.run(asyncio.wait_for(use(application), WAIT_MAX_S)))
 
 
 def text(number: int) -> Message:
@@ -138,6 +138,7 @@ def text(number: int) -> Message:
 
 def test_what_is_received_and_sent_arrives_in_order_in_the_loop_it_belongs_to() -> None:
     threads: set[int] = set()
+    application_thread = threading.get_ident()
 
     async def app(scope: Scope, receive: Receive, send: Send) -> None:
         threads.add(threading.get_ident())
@@ -149,7 +150,8 @@ def test_what_is_received_and_sent_arrives_in_order_in_the_loop_it_belongs_to() 
         ends = Ends([*said, {"type": "websocket.disconnect"}])
         await application(SOCKET, ends.receive, ends.send)
         assert ends.sent == said
-        assert threads and threading.get_ident() not in threads
+        assert threads == {application_thread}
+        assert threading.get_ident() not in threads
 
     serve(app, use)
 
