@@ -1,6 +1,5 @@
 """One run of a planned reference on the twin: arm, TRACK to the end, without a clock."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -47,7 +46,7 @@ def attempt(
     same bits. Raises DataError for a reference that the rig cannot be given.
     """
     simulation = armed(parameters, settings.model_copy(update={"K_FF": (0.0, 0.0)}), seed)
-    plan(simulation.rig.control, replace(reference, velocity_feedforward=False))  # what comes of it is said below
+    plan(simulation.rig.control, reference)
     request(simulation, Request.TRACK)
     total = len(reference.p)
     rows = np.zeros(total, record_dtype(Telemetry))

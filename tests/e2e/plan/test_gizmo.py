@@ -63,19 +63,6 @@ def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(context: Browse
     page.get_by_test_id("lease-release").click()
 
 
-def test_a_press_of_the_gizmo_without_control_says_why(context: BrowserContext, product: Product) -> None:
-    page = open_page(context, product, with_3d=True)
-    wait_until(lambda: gizmo(page))
-    at = gizmo(page)
-    assert at
-    page.mouse.move(*at)
-    time.sleep(1.0)  # as above
-    page.mouse.down()
-    expect(page.get_by_test_id("scene-hint")).to_contain_text("only the operator may do this")
-    shot(page, "gizmo refused")
-    page.mouse.up()
-
-
 def test_a_3d_view_drawn_in_software_draws_less_while_the_target_is_held(
     context: BrowserContext, product: Product
 ) -> None:
