@@ -6,7 +6,7 @@ Signs of presence cross, too: while the application hangs, an operator sees noth
 """
 
 import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import Awaitable, Callable, Coroutine
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, TypeVar
 
@@ -40,7 +40,7 @@ class ApplicationLoop:
             return await self._app(scope, receive, send)
         crossing = Crossing(receive, send, self._loop)
         try:
-            await self.do(self._served(scope, crossing))
+            await self.do(_coroutine(self._app(scope, crossing.receive, crossing.send)))
             await crossing.sent()
         finally:
             crossing.end()
@@ -50,9 +50,6 @@ class ApplicationLoop:
     async def do(self, work: Coroutine[Any, Any, T]) -> T:
         """What comes of `work`, which the application's loop does; cancelled there where it is cancelled here."""
         return await asyncio.wrap_future(asyncio.run_coroutine_threadsafe(work, self._loop))
-
-    async def _served(self, scope: Scope, crossing: "Crossing") -> None:
-        await self._app(scope, crossing.receive, crossing.send)
 
     async def _beside(self, network: Callable[[], None]) -> None:
         self._loop = asyncio.get_running_loop()
@@ -77,7 +74,7 @@ class Crossing:
     async def receive(self) -> Message:
         """In the application: the next message. Who stops waiting for it loses none."""
         if self._coming is None:
-            self._coming = asyncio.run_coroutine_threadsafe(self._next(), self._network)
+            self._coming = asyncio.run_coroutine_threadsafe(_coroutine(self._receive()), self._network)
         message = await asyncio.shield(asyncio.wrap_future(self._coming))
         self._coming = None
         return message
@@ -105,9 +102,6 @@ class Crossing:
         if self._coming is not None:
             self._coming.cancel()
 
-    async def _next(self) -> Message:
-        return await self._receive()
-
     async def _send_all(self) -> None:
         while True:
             message = await self._to_send.get()
@@ -119,3 +113,7 @@ class Crossing:
             self._to_send.task_done()
             if self._waits:
                 self._application.call_soon_threadsafe(self._room.set)
+
+
+async def _coroutine(awaited: Awaitable[T]) -> T:
+    return await awaited

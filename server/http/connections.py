@@ -29,7 +29,7 @@ it was acted on."""
 REQUEST_SECONDS = 30.0
 """From the first byte of a request, or from the connection, to the last byte of its body: 1 MiB at 35 kB/s."""
 UNHEARD_MAX = 1 << 16
-"""Characters or bytes of messages that wait for a socket's route before no more is read: what is urgent may come behind
+"""Bytes of messages that wait for a socket's route before no more is read: what is urgent may come behind
 several seconds of a drag.
 """
 CHUNK_BYTES = 4096
@@ -270,8 +270,7 @@ class Socket(Chunked, WebSocketsSansIOProtocol):
     async def receive(self) -> ASGIReceiveEvent:
         """The next message; what is urgent was acted on before."""
         message = await self.queue.get()
-        taken = len(message.get("text") or message.get("bytes") or "")  # type: ignore[arg-type]
-        self._unheard = 0 if self.queue.empty() else self._unheard - taken
+        self._unheard -= len((message.get("text") or "").encode() or message.get("bytes") or b"")  # type: ignore[attr-defined, arg-type]
         if self.read_paused and self._unheard < UNHEARD_MAX:
             self.read_paused = False
             self.go_on()

@@ -32,7 +32,7 @@ async def command(
 ) -> CommandReply | JSONResponse:
     """Ask the rig for another mode; 409 with its reply when it refuses. Anyone may E-STOP, the rest needs the lease."""
     if body.request != "e_stop":
-        _in_turn(connection)
+        _not_too_often(connection)
         context.lease.require(who)
     if body.request == "follow" and body.target is None:
         raise missing("body", "target")
@@ -42,7 +42,7 @@ async def command(
     return reply if reply.accepted else JSONResponse(reply.model_dump(), 409)
 
 
-def _in_turn(connection: HTTPConnection) -> None:
+def _not_too_often(connection: HTTPConnection) -> None:
     """Raise TooOften where the gate let a command pass only because it might have been an E-STOP."""
     late: TooOften | None = connection.state.late
     if late is not None:
