@@ -35,6 +35,8 @@ IDLE_PERIOD = 0.01
 """Between two exchanges while nothing is driven [s]: no board's watchdog minds, and the machine rests."""
 SHOWN = 20
 """Points of a frame that are shown."""
+STAYS = 0.2
+"""What a vented board says for longer than this is no leftover of what the vent ended [s]."""
 ROUNDS = 3
 """Times that the vented command is sent before a board is let go."""
 
@@ -184,6 +186,8 @@ class ValveThread(DeviceThread):
     def __init__(self, device: ValveDevice[Any], driver: str, newest: NewestOutlet, inlet: Inlet) -> None:
         super().__init__(device, driver)
         self._newest, self._inlet = newest, inlet
+        self._said = "", 0.0
+        """Why the board drives nothing, and since when it says so [s on the monotonic clock]."""
 
     def _talk(self) -> None:
         due = time.monotonic()
@@ -207,7 +211,16 @@ class ValveThread(DeviceThread):
             return
         self._note(self._inlet.take_reading(reading), reading.t_ns, reading.number)
         self._newest_seen = reading
-        self._detail = reading.stopped if not outlet.vent else ""
+        self._detail = reading.stopped if not outlet.vent or self._stays(reading.stopped) else ""
+
+    def _stays(self, stopped: str) -> bool:
+        """Whether a board that is told to vent goes on saying why it would drive nothing, as with its stop pressed:
+        what a vented command ends it says no longer.
+        """
+        now = time.monotonic()
+        if stopped != self._said[0]:
+            self._said = stopped, now
+        return now - self._said[1] > STAYS
 
 
 def finite(values: Any) -> list[float | None]:

@@ -18,6 +18,7 @@ STATE = np.dtype(
         ("mode", "<i8"),
         ("cause", "<i8"),
         ("entered", "<i8"),  # 1 in the tick in which the mode changed
+        ("begins", "<i8"),  # 1 in the tick in which it became a live one: u led the arm until then
         ("request_n", "<i8"),
         ("request_cause", "<i8"),
         ("presence", "<i8"),
@@ -79,6 +80,7 @@ STATE = np.dtype(
         ("told", "<f8"),  # what the markers in use tell of the tip, as a share of P and I
         ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
         ("gains", "<f8", (6,)),
+        ("K_FF", "<f8", (2,)),  # in force: the settings', or the reference's own
     ]
 )
 """Memory of the controller, one record."""

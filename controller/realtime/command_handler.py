@@ -23,6 +23,7 @@ from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
 from controller.schema.modes import STILLING, Cause, Law, Mode, Request, RowKind, refused_text
 from controller.schema.states import LIVE
+from controller.schema.titles import CHAMBERS
 
 ECHO_MIN_S, ECHO_MAX_S = 0.05, 0.4
 """Wait for a tick that saw a command: as long as the rig's limits let the loop pause, between these two."""
@@ -208,7 +209,7 @@ class CommandHandler:
             self.pause.end()
         if self.pause.on and command.request:
             return f"refused: {command.request.name} is not possible while the twin is paused; continue it first"
-        if command.request == Request.ARM and (why := self._driver.unready()):
+        if command.request == Request.ARM and (why := self._driver.unready() or self._full()):
             return f"refused: {why}"
         hardware = self._info.parameters.hardware
         missing = hardware is not None and hardware.commissioned == "missing"
@@ -224,6 +225,20 @@ class CommandHandler:
             return UNCOMMISSIONED
         ends = command.request in (Request.REST, Request.E_STOP)
         return UNCOMMISSIONED if closes and self._mode() in LIVE and not ends else ""
+
+    def _full(self) -> str:
+        """Which chamber of devices holds pressure though it is vented, "" for none: what is shown as vented is not."""
+        row, parameters = self._ring.newest(), self._info.parameters
+        if parameters.hardware is None or row is None or row["mode"] != Mode.VENTED:
+            return ""
+        chamber = int(np.argmax(row["pressure_meas"]))
+        held = float(row["pressure_meas"][chamber])
+        if held <= parameters.limits.pressure_off_max:
+            return ""
+        return (
+            f"{CHAMBERS[chamber]} holds {1e-3 * held:.0f} kPa though it is vented: wait until it is empty, or see to "
+            "its valve and its supply"
+        )
 
     def _leaps(self, command: Command) -> str:
         """Why the numbers of `command` would leave none for later ones, "" where they number on from the rig's own."""

@@ -37,10 +37,20 @@ class Reference:
 
     @property
     def kinds(self) -> np.ndarray:
-        """RowKind (n,) of uint8."""
-        return row_kinds(np.zeros(len(self.p), bool) if self.travel is None else self.travel, self.known)
+        """RowKind (n,) of uint8. The velocity feedforward comes after the approach."""
+        found = row_kinds(np.zeros(len(self.p), bool) if self.travel is None else self.travel, self.kind)
+        led = found[: self.start]
+        led[led == RowKind.FED] = RowKind.KNOWN
+        return found
+
+    @property
+    def kind(self) -> RowKind:
+        """Of the rows that lead nowhere else."""
+        if not self.known:
+            return RowKind.DRAWN
+        return RowKind.FED if self.velocity_feedforward else RowKind.KNOWN
 
 
-def row_kinds(travel: np.ndarray, known: bool) -> np.ndarray:
-    """RowKind (n,) of uint8 of rows that are `travel` (n,) of bool, or of a path that the arm is known to follow."""
-    return np.where(travel, RowKind.TRAVEL, RowKind.KNOWN if known else RowKind.DRAWN).astype(np.uint8)
+def row_kinds(travel: np.ndarray, kind: RowKind) -> np.ndarray:
+    """RowKind (n,) of uint8 of rows that are `travel` (n,) of bool, or of `kind`."""
+    return np.where(travel, RowKind.TRAVEL, kind).astype(np.uint8)

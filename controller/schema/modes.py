@@ -62,6 +62,8 @@ class RowKind(IntEnum):
     """It is part of a path that anyone may have drawn."""
     KNOWN = 2
     """It is part of a shape that the arm is known to follow."""
+    FED = 3
+    """The same, and its figures were published with the velocity feedforward on."""
 
 
 class Cause(IntEnum):

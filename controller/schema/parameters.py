@@ -114,6 +114,8 @@ class ControllerParameters(Model):
     """Rate at which u is brought to zero in REST and FAULT (ours)."""
     torque_slew_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("N m/s")] = 5.0
     """Bound on the rate of u in HOLD and FOLLOW, feedback and all (ours), and of what holds a planned reference."""
+    reference_K_FF: Annotated[VelocityGain, Q("s", "K_FF")] = GAINS["K_FF"]
+    """K_FF of the library's references that the paper ran with it, where the settings have 0."""
     reference_speed_max: Annotated[float, Bounds(gt=0.0, le=100.0), Q("m/s")] = 1.0
     """No planned reference that does not declare steps is faster (ours: what settings may allow)."""
     reference_acceleration_max: Annotated[float, Bounds(gt=0.0, le=1000.0), Q("m/s^2")] = 25.0

@@ -1,5 +1,6 @@
 """One run of a planned reference on the twin: arm, TRACK to the end, without a clock."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -46,7 +47,7 @@ def attempt(
     same bits. Raises DataError for a reference that the rig cannot be given.
     """
     simulation = armed(parameters, settings.model_copy(update={"K_FF": (0.0, 0.0)}), seed)
-    plan(simulation.rig.control, reference)
+    plan(simulation.rig.control, replace(reference, velocity_feedforward=False))  # what comes of it is said below
     request(simulation, Request.TRACK)
     total = len(reference.p)
     rows = np.zeros(total, record_dtype(Telemetry))

@@ -45,14 +45,16 @@ def end_process() -> None:
 class LoopWatchdog:
     """`start` it in the loop. Time in which this process itself was stopped does not count, as its thread was too."""
 
-    def __init__(self, deadly: Callable[[], None] | None = None) -> None:
-        """`deadly` is called, from the watchdog's thread, when the loop has not turned for DEADLY_S, if given."""
-        self._deadly = deadly
+    def __init__(self, deadly: Callable[[], None] | None = None, name: str = "event loop") -> None:
+        """`deadly` is called, from the watchdog's thread, when the loop has not turned for DEADLY_S, if given; `name`
+        is what the log calls the loop.
+        """
+        self._deadly, self._name = deadly, name
         self._turns = 0
         self._turned = self._listened = 0.0
         self._stood, self._longest, self._last, self._count = 0.0, 0.0, -TROUBLE_S, 0
         self._main = threading.get_ident()
-        self._thread = SupervisedThread("loop-watchdog", self._run)
+        self._thread = SupervisedThread(f"{name} watchdog", self._run)
         self._timer: asyncio.TimerHandle | None = None
 
     def start(self) -> None:
@@ -86,10 +88,10 @@ class LoopWatchdog:
     def trouble(self) -> str:
         """What was wrong with the loop within the last minute, "" if nothing was."""
         if not self.alive:
-            return "no one watches the event loop"
+            return f"no one watches the {self._name}"
         if self._stood < SLOW_S and time.monotonic() - self._last > TROUBLE_S:
             return ""
-        return f"the event loop stood still for {max(self._longest, self._stood):.1f} s"
+        return f"the {self._name} stood still for {max(self._longest, self._stood):.1f} s"
 
     def _turn(self, loop: asyncio.AbstractEventLoop) -> None:
         self._turns += 1
@@ -111,7 +113,7 @@ class LoopWatchdog:
             if before < SLOW_S <= self._stood:
                 self._say()
             if self._stood >= DEADLY_S and self._deadly is not None:
-                log.critical("the event loop has not turned for %.0f s: this process ends", self._stood)
+                log.critical("the %s has not turned for %.0f s: this process ends", self._name, self._stood)
                 self._deadly()
 
     def _went_on(self, now: float) -> None:
@@ -120,10 +122,10 @@ class LoopWatchdog:
                 self._longest = 0.0
             self._longest, self._last = max(self._longest, self._stood), now
             self._count += 1
-            log.error("the event loop goes on after %.1f s", self._stood)
+            log.error("the %s goes on after %.1f s", self._name, self._stood)
         self._stood = 0.0
 
     def _say(self) -> None:
         frame = sys._current_frames().get(self._main)
         where = "".join(traceback.format_stack(frame)) if frame else "(its thread is gone)\n"
-        log.error("the event loop has not turned for %.1f s; it is in\n%s", self._stood, where)
+        log.error("the %s has not turned for %.1f s; it is in\n%s", self._name, self._stood, where)

@@ -6,6 +6,7 @@ A job that fails ends no other: it is logged, told (`server/health/monitor.py`),
 import asyncio
 import contextvars
 import logging
+import threading
 import time
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
@@ -102,13 +103,14 @@ class Job:
 
 
 class Scheduler:
-    """All that runs in one event loop. `every`, `hasten` and `start` belong to its thread, `soon` to any."""
+    """All that runs in one event loop. `every`, `hasten` and `start` belong to its thread; `soon`, `in_turn` to any."""
 
     def __init__(self, deadly: Callable[[], None] | None = None) -> None:
         """`deadly` is called where the event loop does not turn any more; see `LoopWatchdog`."""
         self.guard, self.watchdog = ErrorGuard(), LoopWatchdog(deadly)
         self.jobs: dict[str, Job] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread = 0
         self._context = contextvars.copy_context()
         self._timer: asyncio.TimerHandle | None = None
         self._before: list[Callable[[], object]] = []
@@ -138,6 +140,13 @@ class Scheduler:
         with suppress(RuntimeError):  # the loop is closed: the process ends
             self._loop.call_soon_threadsafe(call, context=self._context)
 
+    def in_turn(self, call: Callable[[], object]) -> None:
+        """Make `call` at once where this is the event loop, or it has not begun; from any other thread, soon."""
+        if self._loop is None or threading.get_ident() == self._thread:
+            call()
+        else:
+            self.soon(call)
+
     def begin(self, what: str, work: Coroutine[Any, Any, None]) -> None:
         """Do `work`, which is called `what`: kept until it is done, and what ends it is logged and told."""
         if (waiting := sum(task.get_name() == what for task in self._tasks)) >= TASKS_MAX:
@@ -159,6 +168,7 @@ class Scheduler:
         """Begin, in the running loop."""
         # Not in the context of a request that hastens something: its audit would hear of all that follows.
         self._loop, self._context = asyncio.get_running_loop(), contextvars.copy_context()
+        self._thread = threading.get_ident()
         self.watchdog.start()
         for call in self._before:
             self.soon(call)

@@ -71,7 +71,8 @@ class Session:
         self.bookmarks: tuple[Bookmark, ...] = ()
         """As the sidecar has them, where people may change them meanwhile."""
         self._marked = 0
-        self._reported = time.monotonic()
+        self._reported, self._grown = time.monotonic(), (0, 0)
+        """When the disk was last asked, and the rows and bytes of then."""
         with ExitStack() as undo:  # a file that could not be begun holds nothing, and no lock
             undo.callback(self._lock.close)
             undo.callback(self._path.unlink, missing_ok=True)
@@ -200,8 +201,15 @@ class Session:
     def _report(self) -> None:
         self._reported = time.monotonic()
         self._file.flush()
+        self._require_growth()
         check_room(self._folder)
         self._syncer.describe(self.described())
+
+    def _require_growth(self) -> None:
+        """What was handed over is in the file: rerun does not always say that its writer failed."""
+        (rows, size), self._grown = self._grown, (self._rows, self.bytes)
+        if self._rows > rows and self._grown[1] <= size:
+            raise RecordingError(f"the recording's file grows no more (disk full?): {size} bytes since row {rows}")
 
     def _release(self, complete: bool) -> Recording:
         """The order is what counts: the data are on the disk before anything says that they are complete."""

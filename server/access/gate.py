@@ -135,18 +135,6 @@ class Gate:
         return counted
 
 
-def admitted(scope: Scope, sessions: Sessions, hosts: Hosts) -> Identity | None:
-    """Who sends a command that the gate lets pass, None where it would not; nothing is counted."""
-    headers = Headers(scope=scope)
-    if _twice(scope) or not same_origin(headers) or _too_long(headers, UNCOUNTED_MAX) is not None:
-        return None
-    try:
-        who = sessions.read(HTTPConnection(scope).cookies)
-    except CookieError:
-        return None
-    return who if hosts.allows(headers, _port(scope)) else None
-
-
 def _too_long(headers: Headers, most: int) -> JSONResponse | None:
     if "transfer-encoding" in headers:  # a body without end would be read to its end
         return refusal(411, "say the body's length: content-length is missing")

@@ -18,7 +18,7 @@ from controller.schema.modes import Cause, Freeze, Integrator, Law, Mode
 from controller.system.origin import our_version
 from recordings.exporting import export
 from server.access import page, sign_in
-from server.access.gate import Gate, Hosts, admitted
+from server.access.gate import Gate, Hosts
 from server.access.light import RouteRates
 from server.access.roles import authorise
 from server.access.security import schemes, secure
@@ -31,12 +31,10 @@ from server.hardware.commissioning import routes as commissioning
 from server.health import routes as health
 from server.http import given, problems
 from server.http.answers import REFUSALS, say_once
-from server.http.connections import WHOLE
 from server.live import presence, socket
 from server.live.messages import FromBrowser, FromServer, Heard
 from server.log.events import note_refusal
 from server.operate import command_routes, gains, lease_routes, settings
-from server.operate.command_routes import StopLane
 from server.operate.messages import Presence
 from server.plots import routes as plots
 from server.recorder import export_routes, rerun_routes
@@ -167,16 +165,14 @@ async def presence_messages(body: Presence) -> Heard:  # type: ignore[empty-body
 
 
 @contextlib.asynccontextmanager
-async def _lifespan(app: FastAPI) -> AsyncIterator[dict[str, Any]]:
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     services: Services = app.state.services
     services.scheduler.start()
     services.scheduler.begin("what every page asks for first", _prepare(services))
     services.scheduler.begin("what exports need", _prepare_reader(services))
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(THREADS, "request"))
-    hosts = Hosts(services.settings)
-    lane = StopLane(lambda scope: admitted(scope, services.sessions, hosts), services.operator.stop)
     try:
-        yield {WHOLE: lane}
+        yield
     finally:
         await services.procedures.leave()
         services.scheduler.stop()

@@ -3,15 +3,18 @@
 import logging
 import resource
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable, Coroutine
+from typing import Any
 
 import uvicorn
-from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from controller.system.logs import log_in_background
 from controller.system.loop_watchdog import end_process
 from controller.system.memory import few_arenas, forget_start
+from server.access.gate import COMMAND
 from server.app.app import create_app
+from server.app.application_loop import ApplicationLoop
 from server.app.listening import address, listen
 from server.app.ready import Addresses
 from server.app.services import Services
@@ -56,7 +59,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
         operator=f"{url}/?token={services.secrets.token}", viewer=f"{url}/?token={services.secrets.viewer_token}"
     )
     app = create_app(services)
-    server = uvicorn_server(app, settings, lambda: come_to_rest(services), lambda: ready(at))
+    server = uvicorn_server(app, settings, lambda: come_to_rest(services), lambda: ready(at), end_process)
     forget_start()  # before anybody is served: it holds up whatever runs
     server.run(sockets=[listening])
 
@@ -70,11 +73,18 @@ def _allow_files() -> None:
 
 
 def uvicorn_server(
-    app: FastAPI, settings: ServerSettings, before_end: Callable[[], Awaitable[None]], ready: Callable[[], None]
-) -> uvicorn.Server:
-    """One worker; no compression on sockets, which would cost more than the bytes it saves."""
+    app: ASGIApp,
+    settings: ServerSettings,
+    before_end: Callable[[], Coroutine[Any, Any, None]],
+    ready: Callable[[], None],
+    deadly: Callable[[], None] | None = None,
+) -> Server:
+    """One worker; no compression on sockets, which would cost more than the bytes it saves. Commands, E-STOPs among
+    them, are answered beside the application. `deadly` is called where the network's loop does not turn any more.
+    """
+    application = ApplicationLoop(app, frozenset({COMMAND}), uvicorn.Config(app).get_loop_factory())
     config = uvicorn.Config(
-        app,
+        application,
         http=Connection,
         ws=Socket,
         ws_max_size=MESSAGE_MAX,
@@ -89,4 +99,4 @@ def uvicorn_server(
         ssl_certfile=settings.tls_cert,
         ssl_keyfile=settings.tls_key,
     )
-    return Server(config, before_end, ready)
+    return Server(config, application, before_end, ready, deadly)

@@ -132,7 +132,7 @@ class Services:
         cookie = cookie_name(self.settings.rig, self.settings.port)
         self.sessions = Sessions(self.secrets, cookie, ended, self.rates)
         self.lease = OperatorLease(self.scheduler.watchdog.listened, self.settings.control_lapse)
-        self.events = EventLog(EventFile(self._state("events", "jsonl"), LogEntry))
+        self.events = EventLog(EventFile(self._state("events", "jsonl"), LogEntry), in_turn=self.scheduler.in_turn)
         if self.settings.log_format == "json":
             self.events.listen(to_log)
         self.scheduler.tell = lambda text: self.events.add(text, "error")

@@ -4,19 +4,21 @@ While operators still hear and the recording still runs, the rig is brought to r
 """
 
 import asyncio
-import contextlib
 import logging
 import signal
 import socket
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable, Coroutine
+from typing import Any
 
 import uvicorn
 
 from controller.errors import TendrilError
 from controller.schema.modes import Mode, Request
+from controller.system.loop_watchdog import LoopWatchdog
 from server.access.permit import own
+from server.app.application_loop import ApplicationLoop
 from server.app.services import Services
 
 log = logging.getLogger(__name__)
@@ -34,20 +36,40 @@ class Server(uvicorn.Server):
     """uvicorn that says `ready` when it is, first lets `before_end` run, every socket still open, and ends with 0."""
 
     def __init__(
-        self, config: uvicorn.Config, before_end: Callable[[], Awaitable[None]], ready: Callable[[], None]
+        self,
+        config: uvicorn.Config,
+        application: ApplicationLoop,
+        before_end: Callable[[], Coroutine[Any, Any, None]],
+        ready: Callable[[], None],
+        deadly: Callable[[], None] | None = None,
     ) -> None:
+        """`before_end` is done in the loop of the `application`; `deadly` as in `LoopWatchdog`, of the network's."""
         super().__init__(config)
-        self._before_end, self._ready = before_end, ready
+        self._application, self._before_end, self._ready = application, before_end, ready
+        self._watchdog = LoopWatchdog(deadly, "network loop")
+
+    def run(self, sockets: list[socket.socket] | None = None) -> None:
+        """Serve until stopped: the application in this thread, the network beside it. SIGTERM and SIGINT ask for the
+        end; uvicorn would raise them again after it, and end with code -15.
+        """
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGTERM, signal.SIGINT):
+                signal.signal(number, self.handle_exit)
+        self._application.run(lambda: super(Server, self).run(sockets))
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Connections are accepted, and a signal ends in order, when `ready` is said."""
+        self._watchdog.start()
         await super().startup(sockets)
         self._ready()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End in order."""
-        await self._before_end()
+        await self._application.do(self._before_end())
         await super().shutdown(sockets)
+        if not self.force_exit:
+            await self._application.ended.wait()
+        self._watchdog.stop()
         await self._hang_up()
 
     async def _hang_up(self) -> None:
@@ -55,14 +77,6 @@ class Server(uvicorn.Server):
         for connection in list(self.server_state.connections):
             connection.transport.abort()
         await asyncio.sleep(0)
-
-    @contextlib.contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """SIGTERM and SIGINT ask for the end. uvicorn would raise them again after it, and end with code -15."""
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGTERM, signal.SIGINT):
-                signal.signal(number, self.handle_exit)
-        yield
 
 
 async def come_to_rest(services: Services) -> None:

@@ -52,6 +52,7 @@ ACTS: dict[str, Callable[[Scene], Seen]] = {
     "beat-failing": inner.beat_failing,
     "thread-dead": inner.thread_dead,
     "loop-stuck": inner.loop_stuck,
+    "loop-stuck-stop": inner.loop_stuck_stop,
     "loop-dead": inner.loop_dead,
     "supervisor-oserror": inner.supervisor_oserror,
     "token-unreadable": inner.token_unreadable,

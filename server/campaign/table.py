@@ -129,6 +129,12 @@ FAULTS = (
     ),
     Fault("loop-stuck", "the server's event loop stands still for 2 s", "HOLD; the page says so", HOLD_MS),
     Fault(
+        "loop-stuck-stop",
+        "the server's event loop stands still for 5 s, and the operator presses E-STOP",
+        "E-STOP, answered while it still stands",
+        STOP_MS,
+    ),
+    Fault(
         "loop-dead",
         "the server's event loop stands still for good",
         "HOLD; after 10 s the process is ended, another one serves",

@@ -102,14 +102,14 @@ def plant() -> None:
 def estimate() -> None:
     """The stages of the tick up to the observer."""
     from controller.kernels.control.report import report_estimate
-    from controller.kernels.control.timing import begin
+    from controller.kernels.control.timing import begin_tick
     from controller.kernels.observer.observer import observe
     from controller.kernels.observer.sensing import sense
 
     given = _given()
     control, observer, sensing = given.rig.control, given.rig.observer, given.rig.sensing
     settings = given.command["settings"]
-    begin(1, control)
+    begin_tick(1, control)
     sense(observer, 1, settings, given.measurement, control, sensing)
     observe(sensing, settings, 1, control.state[0], observer)
     report_estimate(control, sensing, 1, given.measurement, observer, given.telemetry)
@@ -117,6 +117,7 @@ def estimate() -> None:
 
 def command() -> None:
     """The stages of the tick from the safety states on."""
+    from controller.kernels.control.begin import begin
     from controller.kernels.control.feedback import feed_back, saturate
     from controller.kernels.control.feedforward import feed_forward
     from controller.kernels.control.follow import refer
@@ -127,6 +128,7 @@ def command() -> None:
     given = _given()
     control, settings = given.rig.control, given.command["settings"]
     supervise(1, given.command, given.status, given.measurement, given.rig.observer.u_hat, control)
+    begin(settings, given.telemetry, control)
     feedforward_due(control, settings)
     refer(given.command, True, control)
     feed_forward(settings, True, control)

@@ -283,6 +283,8 @@ class Wanted(Model):
     drawing: DrawingBody | None = None
     reference: Annotated[str, Bounds(min_length=1, max_length=80)] | None = None
     """A name of the library, or its title."""
+    K_FF: Literal["published", "settings"] = "published"
+    """Published: a reference whose figures were published with velocity feedforward has it where settings have 0."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -313,6 +315,8 @@ class ReferenceInfo(Model):
     """Without the approach [m/s]; null where the reference jumps. Of a recorded path over 0.25 s."""
     frequency: float | None
     """Of a periodic shape [Hz]."""
+    K_FF: float
+    """Velocity feedforward that it runs with where the settings have 0, as its figures were published [s]."""
     reachable: bool
     reason: str
     """Why it is not reachable, "" if it is."""

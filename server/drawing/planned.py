@@ -121,7 +121,8 @@ def wanted(body: Wanted, rig: RigParameters, settings: Settings) -> Reference:
     """The reference that `body` asks for; raises what `planned` and `named` do."""
     if body.drawing is not None:
         return planned(body.drawing, rig, settings)
-    return named(str(body.reference), rig)
+    found = named(str(body.reference), rig)
+    return replace(found, velocity_feedforward=found.velocity_feedforward and body.K_FF == "published")
 
 
 def named(name: str, rig: RigParameters) -> Reference:

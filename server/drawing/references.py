@@ -101,6 +101,7 @@ def _planned(name: str, actuator: Actuator, controller: ControllerParameters) ->
         length=float(apart.sum()),
         peak_speed=None if plan.steps else float(apart.max() / dt),
         frequency=plan.frequency,
+        K_FF=controller.reference_K_FF if plan.velocity_feedforward else 0.0,
         reachable=not reason,
         reason=reason,
     )
@@ -122,6 +123,7 @@ def _live(name: str) -> Drawn:
         length=float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum()),
         peak_speed=float(speed.max()),
         frequency=None,
+        K_FF=0.0,
         reachable=True,
         reason="",
     )

@@ -23,12 +23,15 @@ HEAD_MAX = 1 << 16
 """Bytes of request line and headers."""
 CONNECTIONS_MAX = 1000
 """Of one address at the same time: 200 pages behind it have some 700 sockets, and what they fetch meanwhile."""
-WHOLE = "whole"
-"""In a request's state, from the application's lifespan: called with its scope and its body as it is whole."""
 URGENT = "urgent"
-"""In a socket's state: called with each text message as it comes in, before it is queued; True: it was acted on."""
+"""In a socket's state: called in the network's loop with each text message as it comes in, before it is queued; True:
+it was acted on."""
 REQUEST_SECONDS = 30.0
 """From the first byte of a request, or from the connection, to the last byte of its body: 1 MiB at 35 kB/s."""
+UNHEARD_MAX = 1 << 16
+"""Bytes of messages that wait for a socket's route before no more is read: what is urgent may come behind
+several seconds of a drag.
+"""
 CHUNK_BYTES = 4096
 """Bytes of one connection that are understood in one go."""
 
@@ -188,9 +191,6 @@ class Connection(Chunked, HttpToolsProtocol):
 
     def on_message_complete(self) -> None:
         """The request is whole; its answer may take its time."""
-        look = self.app_state.get(WHOLE)
-        if look is not None and self.cycle is not None and self.cycle.scope is self.scope:
-            look(self.cycle.scope, bytes(self.cycle.body))
         super().on_message_complete()
         self._end()
 
@@ -235,6 +235,8 @@ class Connection(Chunked, HttpToolsProtocol):
 class Socket(Chunked, WebSocketsSansIOProtocol):
     """One WebSocket; a message that is no text ends it with 1007, without an error of uvicorn's in our log."""
 
+    _unheard = 0
+
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """It counts as the connection that it was."""
         super().connection_made(transport)
@@ -246,7 +248,7 @@ class Socket(Chunked, WebSocketsSansIOProtocol):
         super().connection_lost(exc)
 
     def held(self) -> bool:
-        """Whether the route has not taken the messages that it was given."""
+        """Whether the route has not taken too many of the messages that it was given."""
         return self.read_paused
 
     def take(self, data: bytes) -> None:
@@ -268,7 +270,8 @@ class Socket(Chunked, WebSocketsSansIOProtocol):
     async def receive(self) -> ASGIReceiveEvent:
         """The next message; what is urgent was acted on before."""
         message = await self.queue.get()
-        if self.read_paused and self.queue.empty():
+        self._unheard -= len((message.get("text") or "").encode() or message.get("bytes") or b"")  # type: ignore[attr-defined, arg-type]
+        if self.read_paused and self._unheard < UNHEARD_MAX:
             self.read_paused = False
             self.go_on()
         return message
@@ -286,7 +289,16 @@ class Socket(Chunked, WebSocketsSansIOProtocol):
             self.conn.send_close(CloseCode.INVALID_DATA)
             self.handle_parser_exception()
         elif not self._urgent():
-            super().send_receive_event_to_app()
+            self._pass_on()
+
+    def _pass_on(self) -> None:
+        if not self.close_sent:  # what comes after that is dropped, and read to its end
+            self._unheard += sum(map(len, self.frames))
+        self.read_paused = True  # or uvicorn stops reading at every message
+        super().send_receive_event_to_app()
+        self.read_paused = self._unheard >= UNHEARD_MAX
+        if self.read_paused:
+            self.transport.pause_reading()
 
     def _urgent(self) -> bool:
         """Whether the route's own reader took the message at once, before those that wait: see `URGENT`."""

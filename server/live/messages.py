@@ -20,7 +20,7 @@ from recordings.format.messages import RecordingState
 from server.access.messages import Lease, Session
 from server.hardware.first_mode.messages import FirstModeState
 from server.log.events import LogEntry
-from server.operate.messages import EStop, People, Presence, Release, Target
+from server.operate.messages import EStop, People, Presence, Refused, Release, Target
 from server.plots.messages import PlotChoice
 from server.rig.messages import PlotChannel
 from server.runs.macros.messages import MacroState
@@ -102,16 +102,6 @@ class Reply(Model):
     reply: CommandReply
     n: int | None = None
     """Of the EStop; null for a Target."""
-
-
-class Refused(Model):
-    """A message on the socket was refused before it reached the rig."""
-
-    type: Literal["refused"] = "refused"
-    id: int
-    detail: str
-    n: int | None = None
-    """Of the EStop that did not arrive; null for anything else."""
 
 
 class Pong(Model):

@@ -14,8 +14,8 @@ from controller.schema.messages import CommandReply
 from server.http.answers import RefusedCounts
 from server.http.rates import POLICY, Rates, Verdict
 from server.live.hub import Viewer
-from server.live.messages import FromBrowser, Ping, Pong, Refused, Reply
-from server.operate.messages import EStop, Presence, Release, Target
+from server.live.messages import FromBrowser, Ping, Pong, Reply
+from server.operate.messages import EStop, Presence, Refused, Release, Target
 from server.operate.pages import Pages
 from server.operate.target_control import TargetContext, TargetControl
 from server.plots.messages import PlotChoice

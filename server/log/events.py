@@ -4,6 +4,7 @@ import logging
 from collections import deque
 from collections.abc import Callable, Iterable
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import Annotated, Literal
 
 from fastapi import Request
@@ -51,12 +52,19 @@ def to_log(event: LogEntry) -> None:
 
 
 class EventLog:
-    """The last lines and their listeners. Only the event loop uses it, and never waits for the disk.
+    """The last lines and their listeners, which hear of each in the event loop; nothing waits for the disk.
 
     With a file the lines outlive the server.
     """
 
-    def __init__(self, file: EventFile[LogEntry] | None = None, kept: int = 500) -> None:
+    def __init__(
+        self,
+        file: EventFile[LogEntry] | None = None,
+        kept: int = 500,
+        in_turn: Callable[[Callable[[], object]], object] = lambda call: call(),
+    ) -> None:
+        """`in_turn` makes a call in the event loop: at once where it is asked for there."""
+        self._in_turn = in_turn
         self.recent: deque[LogEntry] = deque(_counted_up(file.last() if file else []), maxlen=kept)
         self._listeners: list[Callable[[LogEntry], None]] = []
         self.writer = LineWriter(file, "event log", "the log will not outlive this server") if file else None
@@ -67,17 +75,21 @@ class EventLog:
         self._listeners.append(listener)
 
     def add(self, text: str, level: Level = "info", subject: str = "") -> None:
-        """Write a line and tell the listeners, and the audit of what it is part of; of a `subject` they are counted."""
+        """Write a line and tell the listeners, and the audit of what it is part of; of a `subject` they are counted.
+        From any thread.
+        """
         plain = text.encode(errors="backslashreplace").decode()  # it may quote bytes that are not Unicode
-        now = datetime.now(UTC)
-        event = LogEntry(time=now, level=level, text=plain, subject=subject, count=self._count(subject, now))
+        tell(plain)
+        self._in_turn(partial(self._write, plain, level, subject, datetime.now(UTC)))
+
+    def _write(self, text: str, level: Level, subject: str, now: datetime) -> None:
+        event = LogEntry(time=now, level=level, text=text, subject=subject, count=self._count(subject, now))
         _take_place(self.recent, event)
         for listener in self._listeners:
             try:
                 listener(event)
             except Exception:  # who does not take a line must not keep it from the others
                 log.exception("a line of the log was not passed on")
-        tell(plain)
         if self.writer is not None:
             self.writer.append(event)
 

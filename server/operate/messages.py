@@ -87,6 +87,16 @@ class EStop(Model):
     n: Annotated[int, Bounds(ge=0, lt=2**53)]
 
 
+class Refused(Model):
+    """A message on the socket was refused before it reached the rig."""
+
+    type: Literal["refused"] = "refused"
+    id: int
+    detail: str
+    n: int | None = None
+    """Of the EStop that did not arrive; null for anything else."""
+
+
 class Presence(Model):
     """The operator's page is alive: a counter that only it advances, sent at 20 Hz while it holds the lease.
 

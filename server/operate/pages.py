@@ -60,6 +60,12 @@ class Pages(Generic[P]):
         for page in self.open:
             page.post(event)
 
+    def tell_session(self, who: Identity, message: BaseModel) -> None:
+        """Send a message to each open page of `who`'s session."""
+        for page in self.open:
+            if page.who.is_session(who):
+                page.post(message)
+
     @contextmanager
     def seat(self, who: Identity) -> Iterator[None]:
         """A place for one more; `Crowded` when all are taken, but for who operates."""

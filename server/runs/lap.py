@@ -9,6 +9,8 @@ from controller.arrays import Array
 from controller.link import ENDLESS
 from controller.reference.feasible.bounds import Limits
 from controller.reference.reference import row_kinds
+from controller.schema.modes import RowKind
+from controller.schema.parameters import RigParameters, Settings
 
 
 class Allowed(NamedTuple):
@@ -39,8 +41,8 @@ class Lap:
     travel: np.ndarray
     """(n,) of bool: rows of `p` that only lead to another pose of the arm, or back to the start."""
     allowed: Allowed
-    known: bool
-    """Whether the arm is known to follow the shape."""
+    kind: RowKind
+    """Of the shape's rows."""
     steps: tuple[int, ...] = ()
     """Rows of `p` at which a declared step begins."""
 
@@ -52,6 +54,12 @@ class Lap:
     def torques(self) -> Array:
         """(n, 2) [N m] of `p`."""
         return self.u[len(self.lead) :]
+
+
+def velocity_gain(kind: RowKind, rig: RigParameters, settings: Settings) -> tuple[float, float]:
+    """K_FF [s] with which rows of `kind` are followed, in x and y: the kernel's `choose_velocity_gain`."""
+    own = kind == RowKind.FED and settings.K_FF == (0.0, 0.0)
+    return (rig.controller.reference_K_FF,) * 2 if own else settings.K_FF
 
 
 @dataclass(frozen=True)
@@ -70,15 +78,15 @@ class Leg:
     """Rows of the shape that were followed in earlier legs."""
     ticks: int
     """Rows to follow in all."""
-    known: bool
-    """Whether the arm is known to follow the rows that are judged."""
+    kind: RowKind
+    """Of the rows that are judged."""
     steps: bool = False
     """It declares that it steps."""
 
     @property
     def kinds(self) -> np.ndarray:
         """RowKind (n,) of uint8."""
-        return row_kinds(self.travel, self.known)
+        return row_kinds(self.travel, self.kind)
 
     def row(self, index: np.ndarray) -> np.ndarray:
         """Rows of `p` that come at `index` (k,), counted from the leg's first tick."""

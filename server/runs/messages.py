@@ -48,6 +48,10 @@ class Preview(Model):
     lag_deg_x: float | None
     """Phase lag of a periodic reference [deg]."""
     lag_deg_y: float | None
+    approach: list[tuple[float, float]]
+    """The reference on its way to the first point, from where the rig stands [m]; the rig is led along it."""
+    K_FF: tuple[float, float]
+    """Velocity feedforward in x and y that it is followed with [s]: the settings', or the reference's own."""
     broken_off: str
     """Why and when the rig would not follow to the end, "" if it would; the rows then end there."""
     seconds: float
@@ -134,6 +138,8 @@ class RunResult(Figures):
     reason: str
     duration: float
     """In motion, approach included [s]."""
+    K_FF: tuple[float, float] = (0.0, 0.0)
+    """Velocity feedforward in x and y that it began with [s]: the settings', or the reference's own."""
     errors: tuple[float | None, ...] = ()
     """Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen."""
     recording: str | None

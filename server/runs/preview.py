@@ -15,7 +15,7 @@ from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from controller.schema.modes import Mode, Request
+from controller.schema.modes import Mode, Request, RowKind
 from controller.schema.parameters import REFERENCE_ROWS, RigParameters, Settings
 from controller.simulation.metrics import true_tip
 from controller.simulation.run import armed, plan, request, require_mode
@@ -23,6 +23,7 @@ from controller.simulation.simulate import Simulation
 from server.drawing.messages import DURATION_MIN, DrawingBody, Duration
 from server.drawing.picture import Indices, evenly, points, times
 from server.drawing.planned import wanted
+from server.runs.lap import velocity_gain
 from server.runs.laps import allowed_by, first_leg, lap_of
 from server.runs.messages import Preview, PreviewBody, PreviewPart
 from server.runs.tally import Tally
@@ -59,13 +60,15 @@ class PreviewInParts:
         allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
         self._lap, self._dt = lap_of(wanted(body, rig, settings), rig, body.laps, allowed), rig.controller.dt
         self._leg = leg = first_leg(smap, self._lap, body.laps, u)
+        self._K_FF = velocity_gain(self._lap.kind, rig, settings)
         before = way_to(smap, u, self._dt)
         self._ahead, self._done = len(before[0]), 0
         _require_room(self._ahead + leg.ticks, body.laps, self._dt)
         row = np.arange(leg.ticks)
         p, u = np.vstack([before[0], leg.p[leg.row(row)]]), np.vstack([before[1], leg.u[leg.row(row)]])
         travelled = np.append(np.ones(self._ahead, bool), leg.travel[leg.row(row)])
-        reference = Reference(self._lap.name, p, 0, u=u, travel=travelled, known=self._lap.known)
+        known, fed = self._lap.kind >= RowKind.KNOWN, self._lap.kind == RowKind.FED
+        reference = Reference(self._lap.name, p, 0, u=u, travel=travelled, known=known, velocity_feedforward=fed)
         self._simulation = started(rig, reference, settings)
         self._rows = np.zeros(len(p), FIELDS)
         self._shown, self._told = evenly(leg.ticks), 0
@@ -115,6 +118,8 @@ class PreviewInParts:
             points=points(true_tip(rows)[shown]),
             start=int(np.searchsorted(shown, self._leg.again)),
             saturated=since(rows["saturated"] != 0, shown),
+            approach=points(self._leg.p[evenly(max(self._leg.again, 1))]),
+            K_FF=self._K_FF,
             saturated_share=figures.saturated_share or 0.0,
             broken_off=broken,
             seconds=self._seconds,

@@ -28,6 +28,8 @@ class About:
     time: datetime
     dt: float
     """Period of the rows [s]."""
+    K_FF: tuple[float, float] = (0.0, 0.0)
+    """Velocity feedforward that it begins with [s]."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,7 @@ class Run:
             reason=self.machine.reason,
             duration=self._moved * about.dt,
             recording=self.recording,
+            K_FF=about.K_FF,
             errors=tuple(self._tally.course.parts()),
             **self._tally.figures().model_dump(),
         )

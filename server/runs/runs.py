@@ -24,7 +24,7 @@ from server.recorder.automatic import Automatic
 from server.rig.planner import Planner
 from server.runs import planning
 from server.runs.inbox import Inbox
-from server.runs.lap import Leg
+from server.runs.lap import Leg, velocity_gain
 from server.runs.messages import RunBody, RunResult, RunState
 from server.runs.phases import CLOSES, DEADLINES, HALTING, MOVING, Closes, Event, Machine, Phase
 from server.runs.results import Results
@@ -191,8 +191,8 @@ class Runs:
         if body.record:
             await self._while(machine, self._automatic.begin_run(lap.name, self._procedure.starter.name))
         await self._while(machine, self._tracker.upload(leg, self._procedure.starter))
-        number, dt = self._results.next_id(), rig.controller.dt
-        return leg, held.before, About(number, lap, body.laps, datetime.now(UTC), dt)
+        number, K_FF = self._results.next_id(), velocity_gain(lap.kind, rig, self._tracker.settings)
+        return leg, held.before, About(number, lap, body.laps, datetime.now(UTC), rig.controller.dt, K_FF)
 
     async def _return(self, run: Run) -> None:
         """Everything before the rig is asked to track again."""

@@ -32,9 +32,12 @@ class Drag:
         who: Identity,
         context: TargetContext,
         scene: Scene,
+        refused: Callable[[str], object] = lambda reason: None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
+        """`refused` tells the page why a press of the gizmo moves nothing."""
         self._who, self._scene, self._events, self._now = who, scene, context.events, now
+        self._refused = refused
         self._target = TargetControl(who, context, "gizmo")
         self._dragging = False
         self._refused_at = -math.inf
@@ -52,7 +55,7 @@ class Drag:
         try:
             return _encode(message) if self._act(kind, message) else None
         except NotAllowed as refusal:
-            self._refuse(str(refusal))
+            self._refuse(str(refusal), pressed=kind == START)
             return None
 
     def end(self) -> None:
@@ -67,8 +70,10 @@ class Drag:
             self._target.leave(followed=True)
         self.end()
 
-    def _refuse(self, reason: str) -> None:
-        """Nothing moves, the gizmo goes back, and the log says once who tried."""
+    def _refuse(self, reason: str, pressed: bool) -> None:
+        """Nothing moves, the gizmo goes back, its page is told why, and the log says once who tried."""
+        if pressed or self._dragging:
+            self._refused(reason)
         self.end()
         self._scene.put_back()
         if self._now() - self._refused_at > PAUSE:

@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 import httpx
 from fastapi import APIRouter, Request, Response, WebSocket
@@ -20,6 +20,8 @@ from server.access.sessions import Sessions
 from server.http.given import given
 from server.http.rates import POLICY, Rates, Verdict
 from server.http.who import Identity, Me
+from server.operate.messages import Refused
+from server.operate.pages import Pages
 from server.operate.target_control import TargetContext
 from server.scene.drag import Drag
 from server.scene.messages import Scheme, SeatId, View
@@ -38,10 +40,11 @@ class Way:
     context: TargetContext
     rates: Rates
     sessions: Sessions
+    pages: Pages[Any]
 
     async def connect(self, browser: WebSocket, who: Identity, session: ViewSession | None) -> None:
         """Pass messages on: downward as they are, upward only what `Drag` lets through."""
-        drag = Drag(who, self.context, self.scene)
+        drag = Drag(who, self.context, self.scene, partial(self._refused, who))
         verdict = partial(self.rates.message, f"viser {who.client}")
         protocols = [Subprotocol(name) for name in browser.scope["subprotocols"]]
         url = f"ws://127.0.0.1:{self.scene.port}/"
@@ -59,6 +62,9 @@ class Way:
             drag.leave()
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await browser.close()
+
+    def _refused(self, who: Identity, reason: str) -> None:
+        self.pages.tell_session(who, Refused(id=0, detail=reason))
 
 
 GivenWay = Annotated[Way, given(Way)]

@@ -49,8 +49,9 @@ class Keys:
         self._wait()
 
     def _wait(self) -> None:
-        """A button that has just taken another one's place takes no press yet."""
+        """A button that has just taken another one's place takes no press yet, nor one that is not allowed now."""
         expect(self._page.locator(":focus")).not_to_have_attribute("data-unread", "true")
+        expect(self._page.locator(":focus")).not_to_have_attribute("aria-disabled", "true")
 
     def go(self, test_id: str, *, back: bool = False, most: int = 12) -> None:
         """Tab until the focus is there, `most` times."""

@@ -23,7 +23,7 @@ from server.app.ready import UpReady
 SCREENSHOTS = os.environ.get("TENDRIL_SCREENSHOTS", "")
 """Folder for screenshots to look at, "" for none: to draw one in software takes a third of a second of a core."""
 OPERATOR_TIMEOUT_S = 3.0
-PATIENT = ("--loop-gap", "0.4", "--operator-timeout", str(OPERATOR_TIMEOUT_S))
+PATIENT = ("--loop-gap", "1.0", "--operator-timeout", str(OPERATOR_TIMEOUT_S))
 """Machines under test pause, loop and page alike; that the rig holds by its own limits is tested without a page."""
 
 

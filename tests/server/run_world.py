@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, cast
@@ -11,7 +12,8 @@ import numpy as np
 from controller.assembly.statics import static_map
 from controller.errors import TendrilError
 from controller.reference.feasible.within_reach import projected
-from controller.schema.modes import Mode
+from controller.reference.reference import Reference
+from controller.schema.modes import Mode, RowKind
 from controller.schema.parameters import RigParameters, Settings
 from controller.system.scheduler import Scheduler
 from recordings.format.annotations import Annotation, Approach
@@ -28,7 +30,7 @@ from server.rig.history import History
 from server.rig.planner import Planner
 from server.runs import planning
 from server.runs.lap import Lap
-from server.runs.laps import allowed_by
+from server.runs.laps import SETTLE, allowed_by
 from server.runs.messages import RunBody
 from server.runs.phases import DEADLINES, ENDS, Phase
 from server.runs.results import Results
@@ -51,7 +53,19 @@ LONGEST_REQUEST = sum(DEADLINES[phase] for phase in (Phase.PREPARING, Phase.STAR
 def planned(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
     """A line of 3 s, there and back."""
     allowed = allowed_by(rig, settings, drawn=True)
-    return Lap("line", np.empty((0, 2)), PATH, 0, torques(), None, np.zeros(len(PATH), bool), allowed, known=False)
+    return Lap(
+        "line", np.empty((0, 2)), PATH, 0, torques(), None, np.zeros(len(PATH), bool), allowed, kind=RowKind.DRAWN
+    )
+
+
+def settled(reference: Reference) -> Reference:
+    """The same, with the time at its first point that a run stands there."""
+    first, waits = reference.start, round(SETTLE * 1e3)
+    assert reference.u is not None and reference.travel is not None
+    p, u = (np.insert(rows, [first] * waits, rows[first], axis=0) for rows in (reference.p, reference.u))
+    return replace(
+        reference, p=p, u=u, start=first + waits, travel=np.insert(reference.travel, [first] * waits, values=True)
+    )
 
 
 @cache

@@ -4,13 +4,11 @@ import math
 
 from controller.arrays import Array, Pair, Record
 from controller.kernels.compiled import kernel
+from controller.kernels.control.begin import feeds_back, tip_fed_back
 from controller.kernels.control.feedforward import OPEN_LOOP, towards
-from controller.kernels.control.inverse import way_down
+from controller.kernels.control.task_space import attainable, squared, through_sensitivity, update_sensitivity
 from controller.kernels.memory import Control
-from controller.kernels.model.equilibrium import factor, under_pressure
 from controller.kernels.model.polygon import nearest_by
-from controller.kernels.model.sensitivity import sensitivity, side_of
-from controller.kernels.model.statics import is_linear
 from controller.kernels.observer.observer import TIP
 from controller.kernels.safety.oscillation import forget_tracking, note_tracking
 from controller.kernels.safety.safety import E_STOP, FOLLOW, HOLD, NUMBERS, TRACK, is_live, react
@@ -18,8 +16,8 @@ from controller.schema.modes import Law, RowKind
 
 SENSORS = TIP.bit_length()
 """The tip's is the last."""
-FF, FF_P, FF_I, FF_PI = int(Law.FF), int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
-KNOWN, TRAVEL = int(RowKind.KNOWN), int(RowKind.TRAVEL)
+FF_P, FF_I, FF_PI = int(Law.FF_P), int(Law.FF_I), int(Law.FF_PI)
+KNOWN, TRAVEL, FED = int(RowKind.KNOWN), int(RowKind.TRAVEL), int(RowKind.FED)
 BUMP_TIME = 0.2
 """Time constant with which the jump of u at a switch fades (ours) [s]."""
 FORGET_WAY = 0.4
@@ -43,20 +41,20 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
     """
     state = control.state[0]
     live = is_live(state.mode) and settings.law != OPEN_LOOP
-    wanted = live and settings.law > FF and settings.sensed != 0 and not state.blending
+    wanted = live and feeds_back(settings) and not state.blending
     closed = wanted and state.used != 0
     measured = state.used & TIP
-    for j in range(2):
-        tip = telemetry.p_meas[j] if measured else telemetry.p_hat[j]
-        telemetry.error[j] = state.p_ref[j] - tip
+    tip_x, tip_y = tip_fed_back(state.used, telemetry)
+    telemetry.error[0], telemetry.error[1] = state.p_ref[0] - tip_x, state.p_ref[1] - tip_y
     led = state.mode != TRACK
-    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind == KNOWN) + 16 * led
+    how = live + 2 * closed + 4 * (measured != 0) + 8 * (state.kind >= KNOWN) + 16 * led
     told = told_of_tip(state.used, control.controller[0]) if led else 1.0
+    choose_velocity_gain(settings, control.controller[0], state)
     switched = scheme_changed(settings, how, told, state)
     lag = control.controller[0].feedback_lag if led and not switched else 0.0
     update_sensitivity(control)
     smooth(telemetry.error, control.dt / (lag + control.dt), state)
-    if not live or settings.law == FF or settings.law == FF_P or state.blending:
+    if not live or not integrates(settings) or state.blending:
         state.integral[0] = state.integral[1] = state.u_int[0] = state.u_int[1] = 0.0
     keep_integral(settings, led, control)
     f_1, f_2 = effort(state, settings)
@@ -65,7 +63,10 @@ def feed_back(settings: Record, control: Control, telemetry: Record) -> None:
         g_1, g_2 = g_1 + state.u_int[0], g_2 + state.u_int[1]
     else:
         g_1 = g_2 = 0.0
-    fade_bump(g_1, g_2, live, switched, math.exp(-control.dt / BUMP_TIME), state)
+    stays = state.mode == HOLD and settings.law == FF_P  # nothing else would hold the arm where it is
+    fade_bump(g_1, g_2, live, switched, 1.0 if stays else math.exp(-control.dt / BUMP_TIME), state)
+    if state.begins and closed and integrates(settings):
+        take_over(state)
     if state.moved_over:  # it is the model that moves, not the arm: the tip that was estimated before is wrong
         forget_tracking(telemetry.error, state)
     elif closed == wanted:  # else no marker is in sight for a moment: nothing is known of the error, nothing forgotten
@@ -106,6 +107,24 @@ def fade_bump(g_1: float, g_2: float, live: bool, switched: bool, fade: float, s
 
 
 @kernel
+def integrates(settings: Record) -> bool:
+    """Whether the law has an integral: paper, "Task-space PI control"."""
+    return settings.law == FF_I or settings.law == FF_PI
+
+
+@kernel
+def take_over(state: Record) -> None:
+    """Where a live mode begins what the torques in force have over the model's is the integral's.
+
+    So the arm stays where it is, and the model's error there is known from the start. Not in the paper, see `begin`.
+    In place: state.u_int, state.bump.
+    """
+    for j in range(2):
+        state.u_int[j] += state.bump[j]
+        state.bump[j] = 0.0
+
+
+@kernel
 def effort(state: Record, settings: Record) -> Pair:
     """Desired task-space effort f_des [m] of the law in force, but for that of the integral: see `keep_integral`.
 
@@ -114,7 +133,18 @@ def effort(state: Record, settings: Record) -> Pair:
     P = settings.law == FF_P or settings.law == FF_PI
     f_1, f_2 = P * settings.K_P[0] * state.error_low[0], P * settings.K_P[1] * state.error_low[1]
     f_1, f_2 = state.told * f_1, state.told * f_2
-    return f_1 + settings.K_FF[0] * state.p_ref_dot[0], f_2 + settings.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
+    return f_1 + state.K_FF[0] * state.p_ref_dot[0], f_2 + state.K_FF[1] * state.p_ref_dot[1]  # Eq. FDES
+
+
+@kernel
+def choose_velocity_gain(settings: Record, bounds: Record, state: Record) -> None:
+    """K_FF is the operator's; where that is 0 a reference whose figures were published with another one has that.
+
+    Eq. FDES: paper, on in Task 2 and for the circles of Task 3, off in Task 5. In place: state.K_FF.
+    """
+    own = state.kind == FED and settings.K_FF[0] == 0.0 and settings.K_FF[1] == 0.0
+    for j in range(2):
+        state.K_FF[j] = bounds.reference_K_FF if own else settings.K_FF[j]
 
 
 @kernel
@@ -149,70 +179,6 @@ def smooth(error: Array, share: float, state: Record) -> None:
 
 
 @kernel
-def update_sensitivity(control: Control) -> None:
-    """S at the observer's pose, its weakest direction in the task space, and how much feedback is let through along it.
-
-    The share is (sigma_2 / (weak_ratio sigma_1))^2, at most 1: the torque per error then goes to zero with sigma_2,
-    where the paper's law alone would ask for 1 / sigma_2. But for the library's shapes it is 0 where the arm is on the
-    other side of a fold than its feedforward: there S leads on into the other pose, and away from the reference. A pose
-    that gravity would topple has no S at all.
-    S online: paper, "Task-space PI control". The rest is not in the paper. In place: control.
-    """
-    state, bounds = control.state[0], control.controller[0]
-    ratio = bounds.weak_ratio if state.kind == KNOWN else bounds.weak_ratio_live
-    statics = control.smap.statics
-    u1, u2 = state.u[0], state.u[1]
-    body = under_pressure(statics.body, u1, u2, control.scratch)
-    state.stands = is_linear(statics) or factor(body, control.q[2], control.scratch.pivot)
-    S11, S12, S21, S22 = sensitivity(statics, control.q[2], u1, u2, control.scratch)
-    state.S[0], state.S[1], state.S[2], state.S[3] = S11, S12, S21, S22
-    A11, A12, A22 = S11 * S11 + S12 * S12, S11 * S21 + S12 * S22, S21 * S21 + S22 * S22
-    det = S11 * S22 - S12 * S21
-    strong = 0.5 * (A11 + A22) + math.hypot(0.5 * (A11 - A22), A12)
-    state.weak[0], state.weak[1] = way_down(A11, A12, A22, det * det / strong, 0.0, 0.0)
-    square = det * det
-    if is_live(state.mode) and state.kind != KNOWN:
-        side = side_of(control.smap.statics, state.u_ff[0], state.u_ff[1], control.scratch)
-        square = max(0.0, min(square, det * side))
-    state.share = min(1.0, square / (ratio * strong) ** 2) if ratio > 0.0 else 1.0
-
-
-@kernel
-def attainable(state: Record, f_1: float, f_2: float) -> Pair:
-    """Task-space vector f with its part along the weakest direction faded.
-
-    Not in the paper: see `update_sensitivity`.
-    """
-    if not state.stands:
-        return 0.0, 0.0
-    cut = (1.0 - state.share) * (state.weak[0] * f_1 + state.weak[1] * f_2)
-    return f_1 - cut * state.weak[0], f_2 - cut * state.weak[1]
-
-
-@kernel
-def squared(state: Record) -> tuple[float, float, float]:
-    """Entries 11, 12, 22 of S^T S [m^2/(N m)^2]: by how much torques move the tip. Eq. UFB: paper."""
-    S11, S12, S21, S22 = state.S
-    return S11 * S11 + S21 * S21, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22
-
-
-@kernel
-def through_sensitivity(control: Control, f_1: float, f_2: float) -> Pair:
-    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose.
-
-    Eq. UFB: paper, "Task-space PI control". f_des [m].
-    """
-    state, epsilon = control.state[0], control.controller[0].epsilon
-    S11, S12, S21, S22 = state.S
-    f_1, f_2 = attainable(state, f_1, f_2)
-    H11, H12, H22 = squared(state)
-    H11, H22 = H11 + epsilon, H22 + epsilon
-    g_1, g_2 = S11 * f_1 + S21 * f_2, S12 * f_1 + S22 * f_2
-    det = H11 * H22 - H12 * H12
-    return (H22 * g_1 - H12 * g_2) / det, (H11 * g_2 - H12 * g_1) / det  # Eq. UFB
-
-
-@kernel
 def scheme_changed(settings: Record, how: int, told: float, state: Record) -> bool:
     """Whether law, gains, source of the error, fading (`how`) or share (`told`) differ from the last tick's.
 
@@ -224,8 +190,8 @@ def scheme_changed(settings: Record, how: int, told: float, state: Record) -> bo
     for j in range(2):
         changed |= settings.K_P[j] != state.gains[j]
         changed |= settings.K_I[j] != state.gains[2 + j]
-        changed |= settings.K_FF[j] != state.gains[4 + j]
-        state.gains[j], state.gains[2 + j], state.gains[4 + j] = settings.K_P[j], settings.K_I[j], settings.K_FF[j]
+        changed |= state.K_FF[j] != state.gains[4 + j]
+        state.gains[j], state.gains[2 + j], state.gains[4 + j] = settings.K_P[j], settings.K_I[j], state.K_FF[j]
     return changed
 
 
@@ -294,7 +260,7 @@ def integrate(settings: Record, telemetry: Record, push_1: float, push_2: float,
     """
     state, e = control.state[0], telemetry.error
     closed = state.scheme & 2
-    if not closed or not (settings.law == FF_I or settings.law == FF_PI):
+    if not closed or not integrates(settings):
         return
     if telemetry.saturated:
         w_1, w_2 = through_sensitivity(control, settings.K_I[0] * e[0], settings.K_I[1] * e[1])

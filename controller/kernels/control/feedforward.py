@@ -5,7 +5,7 @@ import math
 from controller.arrays import Array, Pair, Record
 from controller.kernels.compiled import kernel
 from controller.kernels.control.follow import anchor
-from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, refine
+from controller.kernels.control.inverse import REFINE_STEPS, TOLERANCE, keep_branch, refine
 from controller.kernels.memory import Control
 from controller.kernels.model.polygon import nearest_admissible
 from controller.kernels.model.sensitivity import expand_tip
@@ -45,11 +45,12 @@ def solve_inverse(settings: Record, control: Control) -> None:
     In place: control.state.
     """
     state = control.state[0]
-    begin = (state.u_ff[0], state.u_ff[1])
+    smap, wish = control.smap, (state.wish[0], state.wish[1])
     if state.mode == TRACK and state.guided:
         begin = (state.u_goal[0], state.u_goal[1])
-    wish = (state.wish[0], state.wish[1])
-    u1, u2, distance, settled = refine(control.smap, wish, begin, REFINE_STEPS, control.scratch)
+        u1, u2, distance, settled = refine(smap, wish, begin, REFINE_STEPS, control.scratch)
+    else:
+        u1, u2, distance, settled = keep_branch(smap, wish, (state.u_ff[0], state.u_ff[1]), control.scratch)
     step = control.controller[0].torque_rate_max * max(settings.feedforward_period, control.dt)
     if state.mode == TRACK:
         step = math.inf

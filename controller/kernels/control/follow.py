@@ -4,7 +4,15 @@ import math
 
 from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
-from controller.kernels.control.inverse import MARGIN, REFINE_STEPS, STARTS, TOLERANCE, other_branch, refine
+from controller.kernels.control.inverse import (
+    MARGIN,
+    REFINE_STEPS,
+    STARTS,
+    TOLERANCE,
+    keep_branch,
+    other_branch,
+    refine,
+)
 from controller.kernels.control.timing import feedforward_ticks
 from controller.kernels.memory import Control
 from controller.kernels.model.statics import static_tip
@@ -60,7 +68,7 @@ def aim(x: float, y: float, every: int, control: Control) -> None:
     """
     state, smap = control.state[0], control.smap
     note_aim(x, y, control.dt, state)
-    u1, u2, distance, settled = refine(smap, (x, y), (state.u_goal[0], state.u_goal[1]), REFINE_STEPS, control.scratch)
+    u1, u2, distance, settled = keep_branch(smap, (x, y), (state.u_goal[0], state.u_goal[1]), control.scratch)
     found = (u1, u2, distance)
     rank = branch_due(state.tick, every)
     if settled and distance >= TOLERANCE and rank >= 0:

@@ -24,6 +24,8 @@ PROMISING, STARTS = 6, 8
 ASIDE = 2.5
 """How far beside u those two are, along the direction in which the tip moves least [spacings of the grid]."""
 REFINE_STEPS, SEARCH_STEPS, HALVINGS = 4, 20, 8
+STRAIGHT = 0.1
+"""Torques that hold an almost straight arm, as a share of u_max."""
 STRIDE = 0.25
 """Longest step of one iteration, as a share of u_max: a step must not leap over a fold to another branch."""
 
@@ -158,6 +160,21 @@ def refine(smap: StaticMap, target: Pair, u: Pair, steps: int, scratch: Scratch)
         if settled:
             return u1, u2, distance, True
     return u1, u2, distance, distance < TOLERANCE
+
+
+@kernel
+def keep_branch(smap: StaticMap, target: Pair, u: Pair, scratch: Scratch) -> tuple[float, float, float, bool]:
+    """`refine` from u; near the straight pose, where branches meet, to the one that reaches `target` with less torque.
+
+    There noise, or where the arm came to rest, would choose: from just below straight the way up leads through an S.
+    Not in the paper. In place: scratch.
+    """
+    found = refine(smap, target, u, REFINE_STEPS, scratch)
+    if max(abs(u[0]), abs(u[1])) > STRAIGHT * smap.polygon.bounds[0]:
+        return found
+    other = refine(smap, target, (0.0, 0.0), REFINE_STEPS, scratch)
+    less = max(abs(other[0]), abs(other[1])) < max(abs(found[0]), abs(found[1]))
+    return other if less and other[2] < TOLERANCE else found
 
 
 @kernel

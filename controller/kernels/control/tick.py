@@ -2,11 +2,12 @@
 
 from controller.arrays import Record
 from controller.kernels.compiled import kernel
+from controller.kernels.control.begin import begin
 from controller.kernels.control.feedback import feed_back, saturate
 from controller.kernels.control.feedforward import feed_forward
 from controller.kernels.control.follow import refer
 from controller.kernels.control.report import report_command, report_estimate, report_loop
-from controller.kernels.control.timing import begin, feedforward_due
+from controller.kernels.control.timing import begin_tick, feedforward_due
 from controller.kernels.group import Group
 from controller.kernels.memory import Control, Sensing
 from controller.kernels.observer.observer import Observer, observe
@@ -34,13 +35,14 @@ def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: R
     """
     control, observer, sensing = rig.control, rig.observer, rig.sensing
     settings, state = command.settings, control.state[0]
-    periods = begin(t_ns, control)
+    periods = begin_tick(t_ns, control)
     sense(observer, t_ns, settings, measurement, control, sensing)
     observe(sensing, settings, periods, state, observer)
     report_estimate(control, sensing, t_ns, measurement, observer, out_telemetry)
     note_residual(out_telemetry.residual, control)
     reseat(sensing, control, observer, out_telemetry)
     supervise(t_ns, command, status, measurement, observer.u_hat, control)
+    begin(settings, out_telemetry, control)
     due = feedforward_due(control, settings)
     refer(command, due, control)
     feed_forward(settings, due, control)

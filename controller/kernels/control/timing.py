@@ -9,7 +9,7 @@ CATCH_UP_MAX = 100
 
 
 @kernel
-def begin(t_ns: int, control: Control) -> int:
+def begin_tick(t_ns: int, control: Control) -> int:
     """Periods since the tick before: 1, or the number that a stalled observer has to catch up, bounded.
 
     Not in the paper: safety. In place: control.state.

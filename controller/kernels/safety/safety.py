@@ -78,6 +78,7 @@ def supervise(t_ns: int, command: Record, status: Record, measurement: Record, u
     if state.mode == REST and state.u[0] == 0.0 and state.u[1] == 0.0:
         move(VENTED, state.cause if KEPT_BITS >> state.cause & 1 else RESTED, state)
     state.entered = state.mode != before
+    state.begins = is_live(state.mode) and not is_live(before)
     state.last_ns = t_ns
 
 

@@ -13,7 +13,8 @@ from controller.assembly.rig import build_rig
 from controller.assembly.stability import move
 from controller.assembly.twin import build_twin
 from controller.errors import ParameterError
-from controller.kernels.control.feedback import told_of_tip, update_sensitivity
+from controller.kernels.control.feedback import told_of_tip
+from controller.kernels.control.task_space import update_sensitivity
 from controller.kernels.control.tick import Rig
 from controller.kernels.model.polygon import admissible
 from controller.kernels.model.statics import places, points_on, static_pose

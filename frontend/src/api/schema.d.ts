@@ -2510,6 +2510,12 @@ export interface components {
        */
       torque_slew_max: number;
       /**
+       * Reference K Ff
+       * @description K_FF of the library's references that the paper ran with it, where the settings have 0.
+       * @default 0.0931
+       */
+      reference_K_FF: number;
+      /**
        * Reference Speed Max
        * @description No planned reference that does not declare steps is faster (ours: what settings may allow).
        * @default 1
@@ -4311,6 +4317,16 @@ export interface components {
       /** Lag Deg Y */
       lag_deg_y: number | null;
       /**
+       * Approach
+       * @description The reference on its way to the first point, from where the rig stands [m]; the rig is led along it.
+       */
+      approach: [number, number][];
+      /**
+       * K Ff
+       * @description Velocity feedforward in x and y that it is followed with [s]: the settings', or the reference's own.
+       */
+      K_FF: [number, number];
+      /**
        * Broken Off
        * @description Why and when the rig would not follow to the end, "" if it would; the rows then end there.
        */
@@ -4332,6 +4348,13 @@ export interface components {
        * @description A name of the library, or its title.
        */
       reference?: string | null;
+      /**
+       * K Ff
+       * @description Published: a reference whose figures were published with velocity feedforward has it where settings have 0.
+       * @default published
+       * @enum {string}
+       */
+      K_FF: "published" | "settings";
       /**
        * Laps
        * @default 1
@@ -4818,6 +4841,11 @@ export interface components {
        * @description Of a periodic shape [Hz].
        */
       frequency: number | null;
+      /**
+       * K Ff
+       * @description Velocity feedforward that it runs with where the settings have 0, as its figures were published [s].
+       */
+      K_FF: number;
       /** Reachable */
       reachable: boolean;
       /**
@@ -5007,6 +5035,7 @@ export interface components {
        *       "torque_rate_max": 0.5,
        *       "rest_rate": 0.03,
        *       "torque_slew_max": 5,
+       *       "reference_K_FF": 0.0931,
        *       "reference_speed_max": 1,
        *       "reference_acceleration_max": 25
        *     }
@@ -5308,6 +5337,7 @@ export interface components {
        *       "torque_rate_max": 0.5,
        *       "rest_rate": 0.03,
        *       "torque_slew_max": 5,
+       *       "reference_K_FF": 0.0931,
        *       "reference_speed_max": 1,
        *       "reference_acceleration_max": 25
        *     }
@@ -5431,6 +5461,13 @@ export interface components {
        */
       reference?: string | null;
       /**
+       * K Ff
+       * @description Published: a reference whose figures were published with velocity feedforward has it where settings have 0.
+       * @default published
+       * @enum {string}
+       */
+      K_FF: "published" | "settings";
+      /**
        * Laps
        * @description Null: until stopped.
        * @default 1
@@ -5518,6 +5555,15 @@ export interface components {
        * @description In motion, approach included [s].
        */
       duration: number;
+      /**
+       * K Ff
+       * @description Velocity feedforward in x and y that it began with [s]: the settings', or the reference's own.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      K_FF: [number, number];
       /**
        * Errors
        * @description Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen.

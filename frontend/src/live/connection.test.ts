@@ -20,7 +20,17 @@ function connected() {
     send: vi.fn(),
   };
   const listener = { leaseChanged: vi.fn(), failed: vi.fn(), met: vi.fn() };
-  const live = { describe: vi.fn(), choice: () => ({}), roundTrip: new RoundTrip() };
+  const live = {
+    describe: vi.fn(),
+    choice: () => ({}),
+    roundTrip: new RoundTrip(),
+    freshAt: 0,
+    telemetry: { at: () => 0, point: () => null },
+    take: (_: ArrayBuffer, now: number) => {
+      live.freshAt = now;
+      return true;
+    },
+  };
   new Connection(
     live as unknown as Live,
     page,
@@ -31,8 +41,20 @@ function connected() {
   const status = (read_at: number, lease: Lease) => {
     say({ type: "status", read_at, lease, recording: page.get().recording, health: {}, rig: null });
   };
-  return { page, listener, say, status };
+  const show = () => heard.socket?.binary(new ArrayBuffer(1));
+  return { page, listener, say, status, show };
 }
+
+test("the first picture says that the rig is there, before the next look at the clock", () => {
+  const { page, show } = connected();
+  page.patch({ online: true });
+  show();
+  expect([page.get().mode, silenceOf(page.get())]).toEqual([0, "none"]);
+  const { page: other, show: showOther } = connected();
+  other.patch({ online: true, health: { rig_connected: false } as Health });
+  showOther();
+  expect(silenceOf(other.get())).toBe("rig");
+});
 
 /** An answer to a request for a change, given at `time`. */
 async function answered(time: number): Promise<void> {

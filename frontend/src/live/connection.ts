@@ -288,10 +288,12 @@ export class Connection {
   }
 
   private frame(buffer: ArrayBuffer): void {
-    const { live } = this;
-    if (buffer.byteLength === 0 || !live.take(buffer, performance.now()) || !live.telemetry) return;
+    const [{ live }, now] = [this, performance.now()];
+    if (buffer.byteLength === 0 || !live.take(buffer, now) || !live.telemetry) return;
     const mode = asMode(live.telemetry.at("mode"));
+    const { rigLive, health } = this.page.get();
     this.page.patch({
+      rigLive: rigLive || (live.freshAt === now && health?.rig_connected !== false),
       mode,
       errorOf: errorOf(live.telemetry, mode),
       cause: asCause(live.telemetry.at("cause")),

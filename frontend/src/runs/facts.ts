@@ -1,5 +1,5 @@
 import type { Preview, RunResult, RunState } from "../api/types";
-import { degrees, millimetres, percent, plain } from "../ui/format";
+import { degrees, millimetres, percent, plain, velocityGain } from "../ui/format";
 
 type Facts = readonly (readonly [string, string])[];
 
@@ -18,11 +18,12 @@ export function errorText(error: number | null): string {
 }
 
 /** The prediction in two short lines. */
-export function previewText({ rmse, max_error, saturated_share, broken_off }: Preview): string[] {
+export function previewText({ rmse, max_error, saturated_share, broken_off, K_FF }: Preview): string[] {
   if (broken_off !== "") return ["Would be broken off:", broken_off];
+  const fed = K_FF.some((gain) => gain > 0) ? `, K_FF ${velocityGain(K_FF)}` : "";
   return [
     `RMSE ${errorText(rmse)}, max ${errorText(max_error)}`,
-    `predicted; saturated ${percent(saturated_share, 1)}`,
+    `predicted; saturated ${percent(saturated_share, 1)}${fed}`,
   ];
 }
 
@@ -36,6 +37,7 @@ export function resultFacts(result: RunResult, foreseen: number | null): Facts {
   if (foreseen !== null) facts.splice(1, 0, ["Foreseen", errorText(foreseen)]);
   if (lag_deg_x !== null) facts.push(["Lag x", degrees(lag_deg_x)]);
   if (lag_deg_y !== null) facts.push(["Lag y", degrees(lag_deg_y)]);
+  if (result.K_FF.some((gain) => gain > 0)) facts.push(["K_FF", velocityGain(result.K_FF)]);
   facts.push(["Saturated", percent(saturated_share, 1)], ["On time", percent(on_time_share)]);
   return facts;
 }

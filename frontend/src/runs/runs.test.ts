@@ -3,6 +3,7 @@ import type { Preview, PreviewPart, RunBody, RunResult, RunState } from "../api/
 import { Drawing } from "../drawing/drawing";
 import { drawingFacts } from "../drawing/facts";
 import { pieceOf } from "../drawing/piece";
+import { MODE } from "../live/modes";
 import { EMPTY_PAGE, type Page } from "../live/page";
 import { Store } from "../ui/store";
 import { earlierOf, previewText, resultFacts } from "./facts";
@@ -10,7 +11,13 @@ import { keepRecord, Runs, whyNotRun } from "./runs";
 
 const underWay = { id: 1, state: "running", name: "vu" } as RunState;
 
-const preview = { rmse: 1.234e-3, max_error: 4e-3, saturated_share: 0.05, broken_off: "" } as Preview;
+const preview = {
+  rmse: 1.234e-3,
+  max_error: 4e-3,
+  saturated_share: 0.05,
+  broken_off: "",
+  K_FF: [0, 0],
+} as unknown as Preview;
 
 const ROWS: [number, number][] = [[0, 0.1], [0.01, 0.1], [0.02, 0.1]]; // prettier-ignore
 
@@ -63,7 +70,7 @@ test("a run of the library is asked by name, of the drawing with the drawing, un
   drawing.chooseSource("drawing");
   runs.store.patch({ endless: true });
   await runs.run();
-  expect(bodies[0]).toEqual({ drawing: null, reference: "vu", laps: 3, record: true });
+  expect(bodies[0]).toEqual({ drawing: null, reference: "vu", K_FF: "published", laps: 3, record: true });
   expect(bodies[1]).toMatchObject({ drawing: { name: "Drawing" }, reference: null, laps: null });
 });
 
@@ -109,6 +116,7 @@ function ended(id: number, name: string, recording: string | null = "a"): RunRes
     lag_deg_y: null,
     saturated_share: null,
     on_time_share: null,
+    K_FF: [0, 0] as [number, number],
   };
   const end = { time: "", laps: 1, state: "done" as const, reason: "", duration: 9, errors: [] };
   return { id, name, recording, rmse: null, ...none, ...end };
@@ -125,6 +133,14 @@ test("the switch for recording goes with the run, and is as it was on the last v
   keepRecord(later.runs, storage);
   await later.runs.run();
   expect([bodies[0]?.record, later.bodies[0]?.record]).toEqual([true, false]);
+});
+
+test("a prediction says in which mode it was made: its way to the path is another one elsewhere", async () => {
+  const { page, runs } = harness();
+  page.patch({ mode: MODE.HOLD });
+  await runs.preview();
+  page.patch({ mode: MODE.FOLLOW });
+  expect(runs.store.get()).toMatchObject({ foreseenIn: MODE.HOLD, ghost: { points: ROWS } });
 });
 
 test("a prediction is forgotten as soon as what would be run is another", async () => {
@@ -197,6 +213,9 @@ test("what cannot be run says why", () => {
 
 test("a prediction and a result read in millimetres, without a lag where nothing is periodic", () => {
   expect(previewText(preview)).toEqual(["RMSE 1.23 mm, max 4.00 mm", "predicted; saturated 5.0 %"]);
+  expect(previewText({ ...preview, K_FF: [0.0931, 0.0931] })[1]).toBe(
+    "predicted; saturated 5.0 %, K_FF 0.093 s",
+  );
   expect(previewText({ ...preview, broken_off: "too fast" })[1]).toBe("too fast");
   const result = ended(1, "vu", null);
   const numbers = { rmse: 1e-3, max_error: 2e-3, saturated_share: 0, on_time_share: 0.9999 };
@@ -204,6 +223,7 @@ test("a prediction and a result read in millimetres, without a lag where nothing
     resultFacts({ ...result, ...numbers, lag_deg_x: lag, lag_deg_y: lag }, foreseen).map(([name]) => name);
   expect(names(null)).toEqual(["RMSE", "Max error", "Saturated", "On time"]);
   expect(names(-12)).toContain("Lag y");
+  expect(resultFacts({ ...result, K_FF: [0.1, 0] }, null)).toContainEqual(["K_FF", "0.100, 0.000 s"]);
   expect(names(null, 1.1e-3).slice(0, 2)).toEqual(["RMSE", "Foreseen"]);
   expect(drawingFacts(null).every(([, value]) => value === "–")).toBe(true);
 });

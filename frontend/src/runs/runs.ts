@@ -1,6 +1,6 @@
 import { jsonLines } from "../api/lines";
 import { api, dataOf } from "../api/rest";
-import type { Preview, PreviewBody, PreviewPart, ReferenceInfo, RunBody, RunState } from "../api/types";
+import type { Mode, Preview, PreviewBody, PreviewPart, ReferenceInfo, RunBody, RunState } from "../api/types";
 import { bodyOf, isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { isSame, planInputs } from "../drawing/planner";
 import type { Page } from "../live/page";
@@ -10,7 +10,7 @@ import { quietly, type PageStorage } from "../ui/storage";
 import { Store, useStore } from "../ui/store";
 
 /** The predicted tip as far as it has been foreseen. */
-export type Ghost = Pick<Preview, "points" | "saturated" | "start">;
+export type Ghost = Pick<Preview, "approach" | "points" | "saturated" | "start">;
 
 /** The error that was foreseen of a run [m]. */
 export interface Foreseen {
@@ -28,6 +28,8 @@ export interface RunChoice {
   /** Once it has been foreseen to its end. */
   readonly preview: Preview | null;
   readonly ghost: Ghost | null;
+  /** The rig's mode then: in any other one it may stand elsewhere, and its way to the path is another. */
+  readonly foreseenIn: Mode | null;
   /** 0..1 of what is being foreseen. */
   readonly previewing: number | null;
   /** What the preview said of the run that followed it. */
@@ -42,6 +44,7 @@ export const FIRST_CHOICE: RunChoice = {
   record: true,
   preview: null,
   ghost: null,
+  foreseenIn: null,
   previewing: null,
   foreseen: null,
   dismissed: null,
@@ -85,7 +88,7 @@ export class Runs {
   }
 
   /** What would be followed, null without any. */
-  body(): Pick<RunBody, "drawing" | "reference"> | null {
+  body(): Pick<RunBody, "drawing" | "reference" | "K_FF"> | null {
     return subjectOf(this.drawing.get(), this.page.get());
   }
 
@@ -94,7 +97,7 @@ export class Runs {
     if (!body) return;
     this.cancelPreview();
     const { signal } = (this.asked = new AbortController());
-    this.store.patch({ preview: null, ghost: null, previewing: 0 });
+    this.store.patch({ preview: null, ghost: null, foreseenIn: this.page.get().mode, previewing: 0 });
     await this.operations.attempt("No preview", () => this.foresee({ ...body, laps: 1 }, signal));
     if (!signal.aborted) this.cancelPreview();
   }
@@ -171,6 +174,7 @@ function grown(ghost: Ghost | null, part: PreviewPart): Ghost {
     ...more,
   ];
   return {
+    approach: [],
     points: whole(ghost?.points, part.points),
     saturated: whole(ghost?.saturated, part.saturated),
     start: part.start,
@@ -193,11 +197,14 @@ export function keepRecord(runs: Runs, storage: Pick<PageStorage, "getItem" | "s
 
 const STEERED = { pause: "paused", resume: "resumed", stop: "stopped" } as const;
 
-function subjectOf(drawing: DrawingState, page: Page): Pick<RunBody, "drawing" | "reference"> | null {
+function subjectOf(
+  drawing: DrawingState,
+  page: Page,
+): Pick<RunBody, "drawing" | "reference" | "K_FF"> | null {
   if (drawing.source === "library")
-    return page.chosen === null ? null : { drawing: null, reference: page.chosen };
+    return page.chosen === null ? null : { drawing: null, reference: page.chosen, K_FF: "published" };
   const body = bodyOf(drawing);
-  return body && { drawing: body, reference: null };
+  return body && { drawing: body, reference: null, K_FF: "published" };
 }
 
 /** Follow what would be run. */

@@ -2,7 +2,7 @@ import { ActionIcon, Button, Tooltip, useComputedColorScheme } from "@mantine/co
 import { IconChevronDown, IconChevronRight } from "@tabler/icons-react";
 import { useEffect, useState } from "react";
 import { Drawing } from "../drawing/drawing";
-import { PageStore } from "../live/page";
+import { PageStore, usePage } from "../live/page";
 import { Runs } from "../runs/runs";
 import { useService } from "../ui/services";
 import type { SceneView } from "./scene";
@@ -47,7 +47,18 @@ function OpenScene({ onClose }: { readonly onClose: () => void }) {
     <>
       <Bar open onToggle={onClose} viewSession={viewSession} />
       <SceneFrame viewSession={viewSession} title="3D view of the actuator" />
+      <Why />
     </>
+  );
+}
+
+/** Why the last touch of the gizmo did nothing; screen readers hear it from the plan. */
+function Why() {
+  const hint = usePage((page) => page.hint);
+  return hint === "" ? null : (
+    <div className="hint hint-on scene-hint" aria-hidden="true" data-testid="scene-hint">
+      {hint}
+    </div>
   );
 }
 

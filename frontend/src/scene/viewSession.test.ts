@@ -49,9 +49,9 @@ test("the 3D view shows what the plan shows: the chosen reference, its first lap
   const t = points.map((_, i) => i / 10);
   const reference = { name: "circle", t, points, start: 10 };
   const page = { ...EMPTY_PAGE, chosen: "circle", reference };
-  const [approach, shape] = sceneLines(page, EMPTY_DRAWING, FIRST_CHOICE).reference;
-  expect([approach.length, shape.length]).toEqual([11, 11]);
-  expect(approach[3]).toEqual([0.03, 0]);
+  const lines = sceneLines(page, EMPTY_DRAWING, FIRST_CHOICE).reference;
+  expect(lines.map((line) => line.length)).toEqual([11]);
+  expect(lines[0][3]).toEqual([0.13, 0]);
   expect(sceneLines(page, { ...EMPTY_DRAWING, source: "drawing" }, FIRST_CHOICE).reference).toEqual([]);
 });
 

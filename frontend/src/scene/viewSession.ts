@@ -1,7 +1,7 @@
 import type { Point } from "../api/types";
 import { isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { chosenInfo } from "../drawing/library/references";
-import { plannedLines } from "../drawing/library/shown";
+import { drawnShape } from "../drawing/library/shown";
 import { placed, stretches } from "../drawing/piece";
 import type { Page } from "../live/page";
 import type { RunChoice } from "../runs/runs";
@@ -62,15 +62,15 @@ export class ViewSession {
 }
 
 /** What the plan view shows as wanted and predicted. */
-export function sceneLines(page: Page, drawing: DrawingState, { ghost }: RunChoice): SceneLines {
+export function sceneLines(page: Page, drawing: DrawingState, { ghost, foreseenIn }: RunChoice): SceneLines {
   const wanted = drawing.source === "library" ? libraryLines(page) : drawingLines(drawing);
-  return { ...NOTHING, ...wanted, ghost: ghost ? rounded([ghost.points]) : [] };
+  const from = page.mode === foreseenIn ? 0 : (ghost?.start ?? 0);
+  return { ...NOTHING, ...wanted, ghost: ghost ? rounded([ghost.points.slice(from)]) : [] };
 }
 
 function libraryLines(page: Page): Partial<SceneLines> {
   if (!page.reference) return {};
-  const { approach, shape } = plannedLines(page.reference, chosenInfo(page)?.frequency ?? null);
-  return { reference: rounded([approach, shape]) };
+  return { reference: rounded([drawnShape(page.reference, chosenInfo(page)?.frequency ?? null)]) };
 }
 
 function drawingLines(drawing: DrawingState): Partial<SceneLines> {

@@ -27,6 +27,11 @@ export const degrees = (angle: Value) => fixed(angle, 1, 1, "°");
 export const hertz = (frequency: Value) => fixed(frequency, 1, 2, "Hz");
 export const seconds = (value: Value, digits = 0) => fixed(value, 1, digits, "s");
 
+/** Gains of the reference's velocity, in x and y: one where they are the same. */
+export function velocityGain([x, y]: readonly [number, number]): string {
+  return x === y ? seconds(x, 3) : `${plain(x, 3)}, ${seconds(y, 3)}`;
+}
+
 /** A display value without the dust of binary fractions. */
 export function rounded(value: number): number {
   return Number(value.toPrecision(10));

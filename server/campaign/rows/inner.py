@@ -17,8 +17,8 @@ FAILING = 3.0
 """How long a job of the event loop fails [s]."""
 HANGING = 8.0
 """How long the disk takes nothing [s]."""
-STANDING, DEAD = 2.0, 30.0
-"""How long the event loop stands still [s]: once it is waited for, once it is not."""
+STANDING, STOPPED_IN, DEAD = 2.0, 5.0, 30.0
+"""How long the event loop stands still [s]: it is waited for, E-STOP is pressed meanwhile, or it is not waited for."""
 BLOCKED = 2.0
 """How long the system refuses another rig [s]."""
 
@@ -80,6 +80,19 @@ def loop_stuck(scene: Scene) -> Seen:
     scene.stays_calm()
     scene.acts_again()
     return Seen(f"{observed}; page: {line}", took)
+
+
+def loop_stuck_stop(scene: Scene) -> Seen:
+    """The network and the E-STOP's thread need nothing of that loop."""
+    scene.track()
+    start = time.monotonic()
+    scene.break_inside(scene.server_process, stand=STOPPED_IN)
+    time.sleep(0.2)
+    took = _stops(scene)
+    require(time.monotonic() - start < STOPPED_IN, "the answer came when the loop went on")
+    scene.stays_calm()
+    scene.acts_again()
+    return Seen("E-STOP, answered", took)
 
 
 def loop_dead(scene: Scene) -> Seen:

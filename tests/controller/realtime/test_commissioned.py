@@ -11,7 +11,7 @@ import pytest
 
 from controller.realtime.command_handler import UNCOMMISSIONED
 from controller.schema.commissioned import Commissioned
-from controller.schema.hardware import Hardware, MotionCapture, Valves
+from controller.schema.hardware import CHANNELS, Hardware, MotionCapture, Valves
 from controller.schema.modes import Law, Mode, Request
 from controller.schema.parameters import RigParameters, SafetyLimits, Settings
 from controller.virtual.modbus_server import ModbusPeer
@@ -28,8 +28,8 @@ PATIENT = SafetyLimits(loop_gap=0.4, operator_timeout=5.0, pressures_lost=5.0, m
 
 
 @contextmanager
-def rig_of_devices(folder: Path, commissioned: Commissioned) -> Iterator[LiveRig]:
-    camera, plant, over = capture_peer("json", {}), Plant(), threading.Event()
+def rig_of_devices(folder: Path, commissioned: Commissioned, plant: Plant | None = None) -> Iterator[LiveRig]:
+    camera, plant, over = capture_peer("json", {}), plant or Plant(), threading.Event()
     valves = ModbusPeer(plant.read, plant.take)
 
     def film() -> None:
@@ -80,3 +80,19 @@ def test_with_all_of_it_accepted_or_waived_it_arms(tmp_path: Path, commissioned:
         assert rig.operator.send(Request.ARM, settings=CLOSED).mode == Mode.HOLD
         assert rig.operator.client.info is not None and rig.operator.client.info.parameters.hardware is not None
         assert rig.operator.client.info.parameters.hardware.commissioned == commissioned
+
+
+def test_it_is_not_armed_while_a_vented_chamber_holds_pressure(tmp_path: Path) -> None:
+    """A valve that is stuck, or a supply that leaks through: "vented" is what the valves were told."""
+    plant, held = Plant(), np.eye(CHANNELS)[2]
+    with rig_of_devices(tmp_path, "accepted", plant) as rig:
+        plant.sensed = held * 62e3
+        wait_for(lambda: (row := rig.ring().newest()) is not None and row["pressure_meas"][2] > 60e3)
+        reply = rig.operator.send(Request.ARM, settings=CLOSED)
+        assert (reply.accepted, reply.mode) == (False, Mode.VENTED)
+        assert reply.detail == (
+            "refused: u2+ holds 62 kPa though it is vented: wait until it is empty, or see to its valve and its supply"
+        )
+        plant.sensed = held * 5e3
+        wait_for(lambda: (row := rig.ring().newest()) is not None and row["pressure_meas"][2] < 6e3)
+        assert rig.operator.send(Request.ARM, settings=CLOSED).mode == Mode.HOLD

@@ -41,7 +41,7 @@ def test_a_viewer_moves_nothing_but_may_stop(page: Page, viewer: Page) -> None:
     assert frame(viewer)["target"] == before
     shot(viewer, "viewer")
     viewer.get_by_test_id("e-stop").click()
-    wait_until(lambda: frame(page)["mode"] == Mode.E_STOP, 1.0)
+    wait_until(lambda: frame(page)["mode"] == Mode.E_STOP)
     expect(viewer.get_by_test_id("clear")).to_be_disabled()
     page.get_by_test_id("clear").click()
     expect(page.get_by_test_id("state")).to_contain_text("VENTED")

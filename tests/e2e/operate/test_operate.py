@@ -78,7 +78,7 @@ def test_sensing_only_rod_6_keeps_the_loop_stable(operator: Page) -> None:
     drag(operator, PATH_MM[:20], 2.0)
     operator.get_by_role("tab", name="Sensing").click()
     operator.get_by_test_id("preset-rod6").click()
-    wait_until(lambda: frame(operator)["sensed"] == 1 << 5, 2.0)
+    wait_until(lambda: frame(operator)["sensed"] == 1 << 5)
     shot(operator, "rod6")
     speeds = []
     for _ in range(20):
@@ -88,13 +88,13 @@ def test_sensing_only_rod_6_keeps_the_loop_stable(operator: Page) -> None:
     assert frame(operator)["mode"] == Mode.FOLLOW
     assert max(speeds[10:]) < 0.01
     operator.get_by_test_id("preset-tip").click()
-    wait_until(lambda: frame(operator)["sensed"] == 1 << 9, 2.0)
+    wait_until(lambda: frame(operator)["sensed"] == 1 << 9)
 
 
 def test_the_e_stop_vents_and_needs_clear_and_a_new_arm(operator: Page) -> None:
     drag(operator, PATH_MM[:10], 1.0)
     operator.get_by_test_id("e-stop").click()
-    wait_until(lambda: frame(operator)["mode"] == Mode.E_STOP, 1.0)
+    wait_until(lambda: frame(operator)["mode"] == Mode.E_STOP)
     assert frame(operator)["pressure_cmd"] == [0.0] * 4
     shot(operator, "e-stop")
     operator.get_by_test_id("clear").first.click()

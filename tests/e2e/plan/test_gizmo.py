@@ -3,11 +3,15 @@
 import math
 import time
 
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
 from server.http.frames import DRAW_SPARINGLY
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
+
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
+"""Of the whole product: whatever changes in it, this is tested anew."""
 
 BLUE = (54, 142, 226)
 """The square of viser's transform control for the xy plane, as it is drawn."""
@@ -61,6 +65,19 @@ def test_dragging_the_gizmo_moves_the_target_and_the_tip_follows(context: Browse
     page.get_by_test_id("disarm").click()
     wait_until(lambda: frame(page)["mode"] == Mode.VENTED)
     page.get_by_test_id("lease-release").click()
+
+
+def test_a_press_of_the_gizmo_without_control_says_why(context: BrowserContext, product: Product) -> None:
+    page = open_page(context, product, with_3d=True)
+    wait_until(lambda: gizmo(page))
+    at = gizmo(page)
+    assert at
+    page.mouse.move(*at)
+    time.sleep(1.0)  # as above
+    page.mouse.down()
+    expect(page.get_by_test_id("scene-hint")).to_contain_text("only the operator may do this")
+    shot(page, "gizmo refused")
+    page.mouse.up()
 
 
 def test_a_3d_view_drawn_in_software_draws_less_while_the_target_is_held(

@@ -229,6 +229,20 @@ def test_who_hears_that_it_ended_by_itself_finds_all_its_rows_in_the_list(
     assert left.rows == 500 and not left.complete
 
 
+def test_a_file_that_grows_no_more_ends_the_recording_though_rerun_reports_nothing(
+    recorder: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with one full disk in fifteen: rerun's writer is dead, and its flush succeeds. Here it is given nothing."""
+    recorder.start("full", rig_info(), Settings())
+    monkeypatch.setattr(RrdFile, "write", lambda file, rows: None)
+    given = iter(batches(telemetry_rows(60_000)))
+    end = time.monotonic() + 60.0
+    while recorder.state().recording and time.monotonic() < end:
+        recorder.rows(next(given))
+        time.sleep(0.01)
+    assert "grows no more" in recorder.state().problem
+
+
 def test_a_file_that_failed_and_never_closes_stops_no_other(
     recorder: Recorder, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -28,7 +28,6 @@ from tests.server.leave import permits_of
 
 SERVER = Path(__file__).parents[3] / "server"
 DOORS = {
-    "app/app.py": ["stop"],
     "app/services.py": ["send", "stop"],
     "app/shutdown.py": ["request"],
     "hardware/commissioning/routes.py": ["present", "present"],

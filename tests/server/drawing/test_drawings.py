@@ -25,10 +25,12 @@ from server.drawing.messages import DrawingBody
 from server.drawing.plan import csv_of, drawing_plan
 from server.drawing.planned import planned
 from server.drawing.store import Drawings
+from server.runs.laps import SETTLE
 from server.runs.messages import PreviewBody
 from server.runs.preview import predicted
 from server.runs.tracker import standing
 from tests.server.live_server import TestServer, wait_for
+from tests.server.run_world import settled
 
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
 STAR = [(0.03 + 0.02 * math.sin(turn), 0.14 + 0.02 * math.cos(turn)) for turn in 0.8 * math.pi * np.arange(5)]
@@ -42,7 +44,7 @@ def drawing(**more: Any) -> DrawingBody:
 
 def error(rig: RigParameters) -> float:
     """RMSE [m] of the measured tip after the approach, on the twin of `rig`, of the star as `RIG` plans it."""
-    reference = planned(drawing(), RIG, LIVE)
+    reference = settled(planned(drawing(), RIG, LIVE))
     rows = run(rig, reference, LIVE, rig.twin.seed)
     return rmse((reference.p - rows["p_meas"])[reference.start :])
 
@@ -130,7 +132,10 @@ def test_the_preview_is_what_the_twin_does() -> None:
     found = predicted(PreviewBody(drawing=drawing()), RIG, LIVE, REST)
     assert found.broken_off == ""
     assert found.rmse == pytest.approx(error(RIG), rel=1e-9)
-    assert found.t[found.start] == pytest.approx(planned(drawing(), RIG, LIVE).start * 1e-3, abs=0.01)
+    assert found.t[found.start] == pytest.approx(settled(planned(drawing(), RIG, LIVE)).start * 1e-3, abs=0.01)
+    rest = static_tips(static_map(RIG.actuator, RIG.controller), REST)
+    assert found.approach[0] == pytest.approx(tuple(rest.ravel()), abs=1e-4)
+    assert found.approach[-1] == pytest.approx(STAR[0], abs=1e-4)
     assert found.rmse < (found.max_error or 0.0) < 0.03
     twice, begin = predicted(PreviewBody(drawing=drawing(), laps=2), RIG, LIVE, REST), found.t[found.start]
     assert twice.t[-1] - begin == pytest.approx(2.0 * (found.t[-1] - begin), rel=1e-3)
@@ -148,11 +153,10 @@ def test_the_preview_begins_where_the_rig_stands() -> None:
     here, beside, rest = (predicted(PreviewBody(drawing=drawing()), RIG, LIVE, u) for u in (standing(row), near, REST))
     assert here.points[0] == pytest.approx(STAR[0], abs=5e-3)
     assert here.t[here.start] == pytest.approx(0.1, abs=0.01), "it stands at the first point: no approach"
-    assert beside.t[beside.start] == pytest.approx(2.0, abs=0.01), "the least time of an approach"
+    assert beside.t[beside.start] == pytest.approx(2.0 + SETTLE, abs=0.01), "the least time of an approach"
+    assert beside.approach[0] == pytest.approx((STAR[0][0], STAR[0][1] - 2e-3), abs=1e-4), "from where it stands"
     assert here.t[-1] - here.t[here.start] == pytest.approx(rest.t[-1] - rest.t[rest.start], abs=0.02)
-    assert here.rmse is not None and rest.rmse is not None and here.rmse < 0.9 * rest.rmse, (
-        "there is no swing left from the approach"
-    )
+    assert here.rmse == pytest.approx(rest.rmse, rel=0.1), "there is no swing left from either approach"
 
 
 def test_the_prediction_holds_on_a_plant_that_is_stiffer_and_later() -> None:

@@ -23,6 +23,7 @@ from server.runs.laps import lap_of
 from server.runs.messages import PreviewBody
 from server.runs.preview import predicted
 from tests.server.live_server import TestServer, taken, wait_for
+from tests.server.run_world import settled
 from tests.server.runs.test_runs import armed, lead, wait_run
 
 RIG, LIVE, REST = RigParameters(), Settings(), np.zeros(2)
@@ -94,7 +95,7 @@ def test_times_that_came_with_the_points_hold_for_the_way_between_pieces_too() -
 def test_a_preview_counts_the_strokes_alone() -> None:
     found = predicted(PreviewBody(drawing=bars()), RIG, LIVE, REST)
     lap = lap_of(planned(bars(), RIG, LIVE), RIG, 1)
-    rows = run(RIG, planned(bars(), RIG, LIVE), LIVE, RIG.twin.seed)[-len(lap.p) :]
+    rows = run(RIG, settled(planned(bars(), RIG, LIVE)), LIVE, RIG.twin.seed)[-len(lap.p) :]
     e = np.linalg.norm(lap.p - rows["p_meas"], axis=1)
     counted, whole = (float(np.sqrt(np.nanmean(part**2))) for part in (e[~lap.travel], e))
     assert found.rmse == pytest.approx(counted, rel=1e-6)

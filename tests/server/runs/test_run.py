@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from controller.arrays import Rows
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
-from controller.schema.modes import Cause, Mode
+from controller.schema.modes import Cause, Mode, RowKind
 from controller.schema.parameters import RigParameters, Settings
 from server.runs.lap import Lap, Leg
 from server.runs.laps import allowed_by
@@ -30,7 +30,9 @@ class Track:
 
     def __init__(self, laps: int | None = 2, frequency: tuple[float, float] | None = None) -> None:
         judged = np.zeros(N, bool)
-        self.lap = Lap("path", np.empty((0, 2)), PATH, 0, np.zeros((N, 2)), frequency, judged, ALLOWED, known=False)
+        self.lap = Lap(
+            "path", np.empty((0, 2)), PATH, 0, np.zeros((N, 2)), frequency, judged, ALLOWED, kind=RowKind.DRAWN
+        )
         self.machine = Machine()
         self.machine.meet(Event.READY)
         self.run = Run(About(4, self.lap, laps, datetime.now(UTC), 1e-3), self.leg(0), self.machine, Before())
@@ -46,7 +48,7 @@ class Track:
     def leg(self, done: int) -> Leg:
         onward = np.roll(PATH, -done, axis=0)
         p = np.vstack([np.tile(onward[0], (LEAD, 1)), onward])
-        return Leg(p, np.zeros_like(p), np.arange(len(p)) < LEAD, LEAD, done, 10**9, known=False)
+        return Leg(p, np.zeros_like(p), np.arange(len(p)) < LEAD, LEAD, done, 10**9, kind=RowKind.DRAWN)
 
     def rows(self, mode: Mode, count: int = 1, cause: Cause = Cause.OPERATOR) -> Rows:
         rows = np.zeros(count, record_dtype(Telemetry))

@@ -63,13 +63,14 @@ def test_a_viewer_gets_only_the_camera_through(lease: OperatorLease) -> None:
 
 
 def test_the_log_names_a_viewer_who_drags_once_for_each_attempt(lease: OperatorLease) -> None:
-    seen, events, now = Recorded(), EventLog(), [0.0]
-    drag = Drag(BOB, hands(seen, lease, events), cast(Scene, seen), lambda: now[0])
+    seen, events, now, told = Recorded(), EventLog(), [0.0], list[str]()
+    drag = Drag(BOB, hands(seen, lease, events), cast(Scene, seen), told.append, lambda: now[0])
     for now[0] in (0.0, 2.0, 6.0, 10.5, 30.0):
         drag.judge(gizmo(START))
         drag.judge(gizmo(UPDATE, position=[0.1, 0.1, 0.0]))
     line = "bob: drag in the 3D view refused: only the operator may do this; ann operates now"
     assert [(event.level, event.text) for event in events.recent] == [("warning", line)] * 2
+    assert told == ["only the operator may do this; ann operates now"] * 5  # each press; not each move that follows
 
 
 @pytest.mark.parametrize(

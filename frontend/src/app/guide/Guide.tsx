@@ -100,7 +100,7 @@ function Card({ steps, index, onNext, onSkip }: CardProps) {
   return (
     <>
       <div ref={ring} className="guide-ring" aria-hidden />
-      <section ref={card} className="guide" role="dialog" aria-labelledby="guide-title" data-testid="guide">
+      <section ref={card} className="guide" aria-labelledby="guide-title" data-testid="guide">
         <h2 id="guide-title">
           {index + 1} of {steps.length}: {title}
         </h2>

@@ -5,7 +5,7 @@ import { Facts } from "../../ui/Facts";
 import { useService } from "../../ui/services";
 import { SourceChoice } from "../SourceChoice";
 import { chosenInfo, References } from "./references";
-import { factsOf, menuOf, plannedLines, thumbnailPath } from "./shown";
+import { factsOf, menuOf, drawnShape, thumbnailPath } from "./shown";
 
 const [WIDTH, HEIGHT] = [44, 28];
 /** Room for the line's own width. */
@@ -71,7 +71,7 @@ function Thumbnail() {
   const info = usePage(chosenInfo);
   const reference = usePage((page) => page.reference);
   const path = useMemo(() => {
-    const shape = reference ? plannedLines(reference, info?.frequency ?? null).shape : [];
+    const shape = reference ? drawnShape(reference, info?.frequency ?? null) : [];
     return thumbnailPath(shape, WIDTH - 2 * MARGIN, HEIGHT - 2 * MARGIN);
   }, [reference, info]);
   const named =

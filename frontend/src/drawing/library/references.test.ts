@@ -3,11 +3,11 @@ import type { ReferenceInfo, ReferencePath } from "../../api/types";
 import { EMPTY_PAGE, type Page } from "../../live/page";
 import { Store } from "../../ui/store";
 import { chosenInfo, References } from "./references";
-import { factsOf, menuOf, plannedLines, shapesOf, thumbnailPath } from "./shown";
+import { factsOf, menuOf, drawnShape, shapesOf, thumbnailPath } from "./shown";
 
 const info = (name: string, more: Partial<ReferenceInfo> = {}): ReferenceInfo => ({
   ...{ name, task: "Task 1", title: name.toUpperCase(), duration: 25, approach: 2, length: 0.125 },
-  ...{ peak_speed: 0.005, frequency: null, reachable: true, reason: "" },
+  ...{ peak_speed: 0.005, frequency: null, K_FF: 0, reachable: true, reason: "" },
   ...more,
 });
 
@@ -114,11 +114,10 @@ test("facts carry units; what jumps has no speed, and what is out of reach no ap
   ]);
 });
 
-test("the approach ends where the shape begins, and only one lap of a periodic shape is drawn", () => {
-  const whole = plannedLines(path("vu"), null);
-  expect(whole.approach.at(-1)).toEqual(whole.shape[0]);
-  expect([whole.approach.length, whole.shape.length]).toEqual([3, 4]);
-  expect(plannedLines(path("vu"), 1).shape).toHaveLength(3);
+test("a shape is drawn without the way there, and only one lap of a periodic one", () => {
+  const { points, start } = path("vu");
+  expect(drawnShape(path("vu"), null)).toEqual(points.slice(start));
+  expect(drawnShape(path("vu"), 1)).toHaveLength(3);
 });
 
 test("a thumbnail fills its box with equal scales, y up; a straight line lies in the middle, and nothing is nothing", () => {

@@ -1,5 +1,5 @@
 import type { Point, ReferenceInfo, ReferencePath } from "../../api/types";
-import { hertz, millimetres, millimetresPerSecond, seconds } from "../../ui/format";
+import { hertz, millimetres, millimetresPerSecond, seconds, velocityGain } from "../../ui/format";
 import { thinned } from "../piece";
 
 interface Group {
@@ -26,6 +26,7 @@ export function factsOf(info: ReferenceInfo): [string, string][] {
     ["Peak speed", info.peak_speed === null ? "jumps" : millimetresPerSecond(info.peak_speed)],
   ];
   if (info.frequency !== null) facts.push(["Frequency", hertz(info.frequency)]);
+  if (info.K_FF > 0) facts.push(["K_FF", velocityGain([info.K_FF, info.K_FF])]);
   if (info.reachable && info.approach > 0) facts.push(["From rest", seconds(info.approach)]);
   return facts;
 }
@@ -48,17 +49,14 @@ export function shapesOf(references: readonly ReferenceInfo[]): Shape[] {
   return [...shapes.values()];
 }
 
-/** A planned reference as it is drawn: the way from rest, and the shape once. */
-export interface PlannedLines {
-  readonly approach: readonly Point[];
-  readonly shape: readonly Point[];
-}
-
-/** Of a periodic shape only the first lap: dashes of several laps would fill each other's gaps. */
-export function plannedLines({ t, points, start }: ReferencePath, frequency: number | null): PlannedLines {
+/**
+ * A planned reference as it is drawn, without the way there, which depends on where the arm is: the preview has it. Of a
+ * periodic shape only the first lap: dashes of several laps would fill each other's gaps.
+ */
+export function drawnShape({ t, points, start }: ReferencePath, frequency: number | null): readonly Point[] {
   const end = frequency === null ? Infinity : t[start] + 1 / frequency;
   const beyond = t.findIndex((time) => time > end);
-  return { approach: points.slice(0, start + 1), shape: points.slice(start, beyond < 0 ? t.length : beyond) };
+  return points.slice(start, beyond < 0 ? t.length : beyond);
 }
 
 /** More points than this are not told apart in a small picture. */

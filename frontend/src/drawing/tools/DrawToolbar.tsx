@@ -22,7 +22,7 @@ import { usePage } from "../../live/page";
 import { Operations } from "../../operate/operations";
 import { BASIC_SHAPES, basicPiece } from "../library/basic";
 import { library } from "../library/references";
-import { plannedLines, shapesOf, type Shape } from "../library/shown";
+import { drawnShape, shapesOf, type Shape } from "../library/shown";
 import { pieceOf, type Piece } from "../piece";
 
 type Icon = ComponentType<{ size: number }>;
@@ -115,7 +115,7 @@ function DrawShapes() {
   };
   const add = ({ name, frequency }: Shape) =>
     operations.attempt("Shape not placed", async () => {
-      const { shape } = plannedLines(await library.reference(name), frequency);
+      const shape = drawnShape(await library.reference(name), frequency);
       place(pieceOf(shape), returns(shape));
     });
   return (

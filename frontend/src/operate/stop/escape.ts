@@ -16,8 +16,7 @@ export interface EscapePort {
 /**
  * An Esc that closes a layer is that layer's alone; any other is for the rig, and `stop` is called.
  *
- * What counts is that something was closed, not that something lay open: a card that no Esc closes, as the guide, takes
- * no stop away. On the bare page nothing is waited for.
+ * What counts is that something was closed, not that something lay open. On the bare page nothing is waited for.
  */
 export function pressEscape(port: EscapePort, stop: () => void): void {
   const layers = port.layers();
@@ -39,7 +38,7 @@ export function pressEscape(port: EscapePort, stop: () => void): void {
  * What lies over the page until Esc or a press elsewhere closes it: dialogs, popovers, menus, lists to choose from.
  *
  * A tooltip is none of them: nobody opened it, it stands wherever the pointer rests. It would take the first of two Esc
- * from everyone who has just pressed Run.
+ * from everyone who has just pressed Run. Nor is the guide, whose steps come and go by themselves.
  */
 const OVERLAYS = "[role=dialog], [role=alertdialog], [role=menu], [role=listbox]";
 

@@ -1,7 +1,7 @@
 import type { DrawingPlan, Point, ReferencePath } from "../../api/types";
 import { isPlanned, selectionOf, sketchOf, type Drawing, type DrawingState } from "../../drawing/drawing";
 import { chosenInfo } from "../../drawing/library/references";
-import { plannedLines, type PlannedLines } from "../../drawing/library/shown";
+import { drawnShape } from "../../drawing/library/shown";
 import { isSame } from "../../drawing/planner";
 import type { Page } from "../../live/page";
 import type { Ghost, Runs } from "../../runs/runs";
@@ -19,7 +19,7 @@ export class SketchLayer {
   cursor: Point | null = null;
   private painted: readonly unknown[] = [];
   private reference: ReferencePath | null = null;
-  private planned: PlannedLines | null = null;
+  private shape: readonly Point[] = [];
 
   constructor(
     private readonly drawing: Drawing,
@@ -30,11 +30,12 @@ export class SketchLayer {
 
   /** Paint on the sheet that `open` gives, if there is something new. */
   paint(look: Look, open: () => Sheet | null): void {
-    const { ghost } = this.runs.store.get();
+    const { ghost, foreseenIn } = this.runs.store.get();
     const state = this.drawing.store.get();
     const cursor = state.stroke.length > 0 ? this.cursor : null;
     const { legs } = this.trace.store.get();
-    const shown = [look, ghost, state, this.page.get().reference, cursor, legs];
+    const departs = this.page.get().mode === foreseenIn;
+    const shown = [look, ghost, departs, state, this.page.get().reference, cursor, legs];
     if (isSame(shown, this.painted)) return;
     const sheet = open();
     if (!sheet) return;
@@ -42,7 +43,7 @@ export class SketchLayer {
     if (state.source === "drawing" && (!look.hidden.has("path") || state.tool !== "drag"))
       paintDrawing(sheet, state, cursor);
     if (state.source === "library" && !look.hidden.has("path")) this.paintReference(sheet);
-    if (ghost && !look.hidden.has("predicted")) paintGhost(sheet, ghost);
+    if (ghost && !look.hidden.has("predicted")) paintGhost(sheet, ghost, departs);
     if (!look.hidden.has("measured")) paintTrace(sheet, legs);
     this.painted = shown;
   }
@@ -53,18 +54,17 @@ export class SketchLayer {
     if (reference !== this.reference) {
       const frequency = chosenInfo(page)?.frequency ?? null;
       this.reference = reference;
-      this.planned = reference && plannedLines(reference, frequency);
+      this.shape = reference ? drawnShape(reference, frequency) : [];
     }
-    if (this.planned) paintPlanned(sheet, this.planned);
+    paintShape(sheet, this.shape);
   }
 }
 
-function paintPlanned(sheet: Sheet, { approach, shape }: PlannedLines): void {
+function paintShape(sheet: Sheet, shape: readonly Point[]): void {
   const { g } = sheet;
   g.save();
   g.strokeStyle = ROLE.reference;
   g.lineJoin = "round";
-  line(sheet, approach, 1, [2, 4]);
   line(sheet, shape, 2, [7, 4]);
   g.restore();
 }
@@ -132,16 +132,21 @@ function paintPlan(sheet: Sheet, { points, wished, inside, travel }: DrawingPlan
   for (const stretch of stretches(wished, (i) => !inside[i])) line(sheet, stretch, 3.5, OUTSIDE_DASH);
 }
 
-/** The predicted path: dotted, where the command saturates with a red band under it. */
-function paintGhost(sheet: Sheet, { points, start, saturated }: Ghost): void {
+/**
+ * The predicted path: dotted, where the command saturates with a red band under it. The way there, and how the reference
+ * is led along it, only while the arm stands where it was foreseen from.
+ */
+function paintGhost(sheet: Sheet, { approach, points, start, saturated }: Ghost, departs: boolean): void {
   const { g } = sheet;
   g.save();
   g.lineJoin = g.lineCap = "round";
   g.strokeStyle = ROLE.danger;
   g.globalAlpha = 0.5;
   for (const stretch of stretches(points, (i) => saturated[i])) line(sheet, stretch, 8);
+  g.strokeStyle = ROLE.reference;
+  if (departs) line(sheet, approach, 1, [2, 4]);
   g.strokeStyle = ROLE.ghost;
-  line(sheet, points.slice(0, start + 1), 1.5, [1, 5]);
+  if (departs) line(sheet, points.slice(0, start + 1), 1.5, [1, 5]);
   g.globalAlpha = 1;
   line(sheet, points.slice(start), 3, [0.5, 5]);
   g.restore();

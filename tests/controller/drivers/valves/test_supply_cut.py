@@ -11,6 +11,7 @@ from controller.drivers.inlet import Inlet
 from controller.drivers.registry import valve_device
 from controller.drivers.threads import OUTLET_OLD_NS, ValveThread
 from controller.schema.hardware import Valves
+from controller.virtual.board import BoardPeer
 from controller.virtual.firmware import compiler
 from controller.virtual.peers import ValvePeer
 from controller.virtual.registry import valve_peer
@@ -60,7 +61,7 @@ def loop(request: pytest.FixtureRequest, peer: ValvePeer, plant: Plant) -> Itera
     device = valve_device(Valves(driver=name, options=dict(peer.options)))
     thread = ValveThread(device, name, loop.newest, Inlet(lambda record: None))
     thread.start()
-    wait_for(lambda: thread.ready)
+    wait_for(lambda: thread.ready and (name == "modbus" or not plant.drive.cut))  # as which a board begins
     loop.cut = True
     wait_for(lambda: plant.drive.cut)
     yield loop, thread
@@ -102,3 +103,16 @@ def test_the_supply_is_connected_again_once_the_loop_says_so(loop: tuple[Loop, V
         pytest.skip("a terminal's dump valve cuts the supply with every vent")
     loop[0].cut = False
     wait_for(lambda: plant.drive.vent and not plant.drive.cut)
+
+
+@pytest.mark.process
+@pytest.mark.skipif(compiler() is None, reason="no compiler")
+@pytest.mark.parametrize("peer", ["serial"], indirect=True)
+def test_a_stop_that_is_pressed_while_nothing_is_driven_is_said_and_hinders_the_rig(
+    loop: tuple[Loop, ValveThread], peer: BoardPeer
+) -> None:
+    peer.press_e_stop(True)
+    wait_for(lambda: not loop[1].ready)
+    assert loop[1].status().detail == "its hardware stop was pressed"
+    peer.press_e_stop(False)
+    wait_for(lambda: loop[1].ready)

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.control.feedback import FORGET_WAY, told_of_tip, update_sensitivity
+from controller.kernels.control.feedback import FORGET_WAY, told_of_tip
+from controller.kernels.control.task_space import update_sensitivity
 from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
