@@ -4,9 +4,7 @@
 #include <EEPROM.h>
 
 #include "../core/board.h"
-#if defined(__AVR__)
-#include <avr/wdt.h>
-#endif
+#include "watchdog.h"
 
 namespace tendril {
 
@@ -68,15 +66,16 @@ class Rig {
 
   void begin() {
 #if defined(__AVR__)
-    wdt_enable(WDTO_120MS);  // a core that hangs starts again, and so vents
     ADCSRA = static_cast<uint8_t>((ADCSRA & ~7) | 5);  // four times faster: four sensors in 0.1 of each millisecond
 #endif
     for (const ValvePair& pair : wiring_.valves) pair.begin();
     pinMode(wiring_.supply_pin, OUTPUT);
-    digitalWrite(wiring_.supply_pin, LOW);
+    vent();
     pinMode(wiring_.e_stop_pin, INPUT_PULLUP);
     board_ = Board<CHANNELS>(config_, next_boot(), micros());
     port_.begin(1000000);
+    running() = this;
+    watchdog_.begin([] { running()->vent(); });  // now: to note the start takes a Teensy's flash longer than a hang
     step();
   }
 
@@ -115,9 +114,18 @@ class Rig {
     board_.step(micros(), pressures, digitalRead(wiring_.e_stop_pin) == HIGH);
     ++slot_;
     apply();
-#if defined(__AVR__)
-    wdt_reset();
-#endif
+    watchdog_.alive();
+  }
+
+  void vent() {
+    for (const ValvePair& pair : wiring_.valves) pair.set(-OPENING_END, 0);
+    digitalWrite(wiring_.supply_pin, LOW);
+  }
+
+  // What the watchdog vents: a board has one.
+  static Rig*& running() {
+    static Rig* rig = nullptr;
+    return rig;
   }
 
   void apply() {
@@ -137,6 +145,7 @@ class Rig {
   Port& port_;
   Board<CHANNELS> board_;
   const Config& config_;
+  Watchdog watchdog_;
   uint32_t stepped_ = 0;
   uint8_t slot_ = 0;
 };

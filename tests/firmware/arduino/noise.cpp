@@ -2,6 +2,8 @@
 #include "arduino/rig.h"
 
 unsigned sensors_read = 0;
+int pins[64];
+uint32_t now = 0;
 
 struct Noise {
   unsigned long taken = 0;
