@@ -11,6 +11,9 @@ from tests.e2e.product import Product, frame, open_page, remember, shot, wait_un
 from tests.e2e.reviewing import coloured
 from tests.e2e.tab import end_session
 
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+"""Of the whole product: whatever changes in it, this is tested anew."""
+
 SIZES = [(390, 844), (320, 568), (844, 390)]
 NEEDED = ["stop-hold", "record", "plan"]
 """Beside state and E-STOP, which `troubles` looks at, and what leads on."""

@@ -10,6 +10,9 @@ from tests.e2e.edge import ask, clear, press
 from tests.e2e.product import Product, frame, open_page, shot, wait_until
 from tests.e2e.tab import end_session
 
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+"""Of the whole product: whatever changes in it, this is tested anew."""
+
 SIZES = {"1440": (1440, 900), "390": (390, 844)}
 WORDS = """() => {
   const state = document.querySelector("[data-testid=state]").parentElement;

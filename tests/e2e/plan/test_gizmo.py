@@ -3,11 +3,15 @@
 import math
 import time
 
+import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from controller.schema.modes import Mode
 from server.http.frames import DRAW_SPARINGLY
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
+
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+"""Of the whole product: whatever changes in it, this is tested anew."""
 
 BLUE = (54, 142, 226)
 """The square of viser's transform control for the xy plane, as it is drawn."""

@@ -1,6 +1,7 @@
 """A twin that stands still in the middle of what it does: shown as such, stepped, continued, ended by every stop."""
 
 import numpy as np
+import pytest
 from playwright.sync_api import Page, expect
 
 from controller.realtime.ring import find_ring
@@ -8,6 +9,9 @@ from controller.schema.modes import Mode
 from recordings.read.reader import read_rows
 from tests.e2e.hand import Hand, arm, begin_circle
 from tests.e2e.product import Product, shot, wait_until
+
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+"""Of the whole product: whatever changes in it, this is tested anew."""
 
 
 def head(product: Product) -> int:
