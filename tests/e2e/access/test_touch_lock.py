@@ -12,7 +12,15 @@ from tests.e2e.product import Product, frame, open_page, shot, wait_until
 from tests.e2e.tab import end_session
 from tests.e2e.ui.test_accessibility import in_both_schemes, load_axe
 
-pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+pytestmark = pytest.mark.keyed(
+    "frontend/src",
+    "server",
+    "controller",
+    "recordings",
+    "tests/e2e/*.py",
+    "tests/e2e/ui/test_accessibility.py",
+    imports=False,
+)
 """Of the whole product: whatever changes in it, this is tested anew."""
 
 CLOCK = "const now = Date.now; window.lateBy = 0; Date.now = () => now() + window.lateBy"

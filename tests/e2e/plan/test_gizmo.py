@@ -10,7 +10,7 @@ from controller.schema.modes import Mode
 from server.http.frames import DRAW_SPARINGLY
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
-pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
 """Of the whole product: whatever changes in it, this is tested anew."""
 
 BLUE = (54, 142, 226)

@@ -12,7 +12,7 @@ from controller.schema.modes import Mode
 from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, remember, shot
 
-pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
 """Of the whole product: whatever changes in it, this is tested anew."""
 
 PLACES = """() => Object.fromEntries(

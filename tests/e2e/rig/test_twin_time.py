@@ -10,7 +10,7 @@ from recordings.read.reader import read_rows
 from tests.e2e.hand import Hand, arm, begin_circle
 from tests.e2e.product import Product, shot, wait_until
 
-pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e", imports=False)
+pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
 """Of the whole product: whatever changes in it, this is tested anew."""
 
 
