@@ -16,6 +16,8 @@ window.pad = pad;
 navigator.getGamepads = () => [pad];
 window.plugIn = () => window.dispatchEvent(new Event("gamepadconnected"));
 """
+REACHED_MM = (230.0, 85.0)
+"""A place that the tip comes to from wherever it was left."""
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +49,12 @@ def test_a_finger_drags_the_target(armed: Page) -> None:
     finger = armed.context.new_cdp_session(armed)
     x, y = armed.evaluate("window.__tendril.handle()")
     finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x + 6, "y": y}]})
+    to_x, to_y = armed.evaluate(f"window.__tendril.toPixel({REACHED_MM[0]}, {REACHED_MM[1]})")
     for step in range(1, 21):
-        point = {"x": x + 6 - step, "y": y - 4 * step}
+        point = {"x": x + 6 + (to_x - x) * step / 20, "y": y + (to_y - y) * step / 20}
         finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [point]})
         armed.wait_for_timeout(30)
-    wait_until(lambda: frame(armed)["target"][1] > 0.08)
+    wait_until(lambda: math.dist(frame(armed)["target"], [1e-3 * mm for mm in REACHED_MM]) < 2e-3)
     finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     assert frame(armed)["mode"] == Mode.FOLLOW
     wait_until(lambda: math.dist(frame(armed)["p_meas"], frame(armed)["target"]) < 5e-3, each=lambda: go_on(armed))
