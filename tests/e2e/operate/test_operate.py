@@ -21,6 +21,8 @@ PRESS_WHAT_COMES = """async ([test_id, x, y]) => {
 """Presses a button in the frame in which it appears, as a double click does; says what a pointer at (x, y) hits."""
 K_FF = "fetch('/api/settings').then((answer) => answer.json()).then(({ K_FF }) => K_FF)"
 """What the rig has."""
+ATTEMPTS = 5
+"""Drags until no pause of the machine cut one off."""
 PATH_MM = [(235.0 - 70.0 * s, 60.0 + 110.0 * s) for s in np.linspace(0.0, 1.0, 40)]
 
 
@@ -63,8 +65,17 @@ def drag(page: Page, points_mm: list[tuple[float, float]], seconds: float) -> li
     return errors
 
 
+def drag_to_its_end(page: Page, points_mm: list[tuple[float, float]], seconds: float) -> list[float]:
+    """`drag`, again where the machine stood still for so long that the rig held, as its operator would."""
+    for _ in range(ATTEMPTS):
+        errors = drag(page, points_mm, seconds)
+        if frame(page)["mode"] == Mode.FOLLOW:
+            return errors
+    raise AssertionError(f"all {ATTEMPTS} drags were cut off: {page.get_by_test_id('state').get_attribute('title')}")
+
+
 def test_the_tip_follows_a_target_dragged_in_the_plan_view(operator: Page) -> None:
-    errors = drag(operator, PATH_MM, 4.0)
+    errors = drag_to_its_end(operator, PATH_MM, 4.0)
     expect(operator.get_by_test_id("state")).to_contain_text("FOLLOW")
     shot(operator, "follow")
     wait_until(lambda: tip_error_mm(operator, *PATH_MM[-1]) < 3.0)
@@ -75,7 +86,7 @@ def test_the_tip_follows_a_target_dragged_in_the_plan_view(operator: Page) -> No
 
 
 def test_sensing_only_rod_6_keeps_the_loop_stable(operator: Page) -> None:
-    drag(operator, PATH_MM[:20], 2.0)
+    drag_to_its_end(operator, PATH_MM[:20], 2.0)
     operator.get_by_role("tab", name="Sensing").click()
     operator.get_by_test_id("preset-rod6").click()
     wait_until(lambda: frame(operator)["sensed"] == 1 << 5)

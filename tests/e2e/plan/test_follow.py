@@ -66,7 +66,7 @@ def test_with_the_held_clutch_letting_go_of_an_arrow_key_or_of_the_gamepad_holds
     wait_mode(armed, Mode.HOLD)
     expect(armed.get_by_test_id("follow")).to_have_attribute("aria-disabled", "true")
     armed.get_by_test_id("plan").focus()
-    before = frame(armed)["target"]
+    before = frame(armed)["p_ref"]
     armed.keyboard.down("ArrowLeft")
     wait_mode(armed, Mode.FOLLOW)
     assert frame(armed)["target"][0] < before[0]
