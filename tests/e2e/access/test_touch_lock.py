@@ -21,7 +21,7 @@ pytestmark = pytest.mark.keyed(
     "tests/e2e/ui/test_accessibility.py",
     imports=False,
 )
-"""Of the whole product: whatever changes in it, this is tested anew."""
+"""Of the whole product: whatever changes in it, this is tested again."""
 
 CLOCK = "const now = Date.now; window.lateBy = 0; Date.now = () => now() + window.lateBy"
 

@@ -12,7 +12,7 @@ from tests.e2e.reviewing import coloured
 from tests.e2e.tab import end_session
 
 pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
-"""Of the whole product: whatever changes in it, this is tested anew."""
+"""Of the whole product: whatever changes in it, this is tested again."""
 
 SIZES = [(390, 844), (320, 568), (844, 390)]
 NEEDED = ["stop-hold", "record", "plan"]

@@ -11,7 +11,7 @@ from tests.e2e.product import Product, frame, open_page, shot, wait_until
 from tests.e2e.tab import end_session
 
 pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
-"""Of the whole product: whatever changes in it, this is tested anew."""
+"""Of the whole product: whatever changes in it, this is tested again."""
 
 SIZES = {"1440": (1440, 900), "390": (390, 844)}
 WORDS = """() => {

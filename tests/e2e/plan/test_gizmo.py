@@ -11,7 +11,7 @@ from server.http.frames import DRAW_SPARINGLY
 from tests.e2e.product import Product, frame, open_page, pixels_of, shot, wait_until
 
 pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
-"""Of the whole product: whatever changes in it, this is tested anew."""
+"""Of the whole product: whatever changes in it, this is tested again."""
 
 BLUE = (54, 142, 226)
 """The square of viser's transform control for the xy plane, as it is drawn."""

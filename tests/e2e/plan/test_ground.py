@@ -13,7 +13,7 @@ from tests.e2e.hand import Hand, arm
 from tests.e2e.product import Product, remember, shot
 
 pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
-"""Of the whole product: whatever changes in it, this is tested anew."""
+"""Of the whole product: whatever changes in it, this is tested again."""
 
 PLACES = """() => Object.fromEntries(
   [".plan", ".plots", ".tabs", ...["e-stop", "arm", "hold", "follow"].map((name) => `[data-testid=${name}]`)]

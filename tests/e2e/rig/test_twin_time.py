@@ -11,7 +11,7 @@ from tests.e2e.hand import Hand, arm, begin_circle
 from tests.e2e.product import Product, shot, wait_until
 
 pytestmark = pytest.mark.keyed("frontend/src", "server", "controller", "recordings", "tests/e2e/*.py", imports=False)
-"""Of the whole product: whatever changes in it, this is tested anew."""
+"""Of the whole product: whatever changes in it, this is tested again."""
 
 
 def head(product: Product) -> int:

@@ -1,4 +1,4 @@
-// As much of Arduino as the library calls, for this machine; as a Teensy 4 has it where TEENSY names one.
+// As much of Arduino as the library calls, for this machine; with the registers of a Teensy 4 where it is built as one.
 #pragma once
 #include <stdint.h>
 #include <stdlib.h>

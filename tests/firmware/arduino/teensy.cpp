@@ -1,9 +1,7 @@
 // A Teensy whose loop hangs with open valves: its timer vents and starts it again; while it turns, nothing does.
-#include "arduino/rig.h"
+#include "wired.h"
 
-unsigned sensors_read = 0;
-int pins[64];
-uint32_t now, CCM_CCGR3, SCB_AIRCR;
+uint32_t CCM_CCGR3, SCB_AIRCR;
 uint16_t WDOG1_WCR, WDOG1_WMCR = 1;
 Service WDOG1_WSR;
 void (*interrupt)();
@@ -14,13 +12,9 @@ struct Silence {
   void write(const uint8_t*, int) {}
 };
 
-using namespace tendril;
-
 int main() {
-  const Config config = {"hang", HOLDS_PRESSURE, 0, 300000, 340000, 20000, {84, 168, 328}};
-  const Wiring<1> wiring = {{{0, 103, 51, 973, 618750}}, {{2, 3, true}}, 10, 11};
   Silence port;
-  Rig<1, Silence> rig(config, wiring, port);
+  tendril::Rig<1, Silence> rig(CONFIG, WIRING, port);
   rig.begin();
   if (CCM_CCGR3 != 3u << 16 || WDOG1_WMCR != 0 || WDOG1_WCR != 0x34) return 1;
   const uint32_t begin = now;
