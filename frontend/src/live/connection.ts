@@ -291,15 +291,14 @@ export class Connection {
     const [{ live }, now] = [this, performance.now()];
     if (buffer.byteLength === 0 || !live.take(buffer, now) || !live.telemetry) return;
     const mode = asMode(live.telemetry.at("mode"));
-    const { rigLive, health } = this.page.get();
     this.page.patch({
-      rigLive: rigLive || (live.freshAt === now && health?.rig_connected !== false),
       mode,
       errorOf: errorOf(live.telemetry, mode),
       cause: asCause(live.telemetry.at("cause")),
       saturated: live.telemetry.at("saturated") === 1,
       reachable: live.telemetry.at("reachable") === 1,
     });
+    if (live.freshAt === now && !this.page.get().rigLive) this.judge(now);
   }
 
   private ping(now: number): void {
@@ -308,19 +307,25 @@ export class Connection {
     if (this.socket.send({ type: "ping", t: now, round_trip: known })) this.live.roundTrip.sent(now);
   }
 
-  /** Say what falls silent, the nearest first; a check that itself came late proves nothing. */
+  /** A check that itself came late proves nothing. */
   private checkRig(now: number): void {
     const late = now - this.checkedAt > 4 * CHECK_MS;
     if (late && this.checkedAt > 0) this.wasStill("the browser stood still", this.checkedAt);
     this.checkedAt = now;
     if (late) return;
+    if (this.page.get().online && now - this.heardAt > ASK_MS) this.ping(now);
+    this.judge(now);
+    const { rigLive, health } = this.page.get();
+    if (rigLive && health) this.page.patch({ starting: health.starting });
+  }
+
+  /** Say what falls silent, the nearest first. */
+  private judge(now: number): void {
     const { online, health } = this.page.get();
-    if (online && now - this.heardAt > ASK_MS) this.ping(now);
     const silent = now - this.live.freshAt > SILENT_MS && health?.paused !== true;
     const unheard = online && this.isUnheard(now, silent && health?.rig_connected === true);
     const rigLive = online && !unheard && !silent && health?.rig_connected !== false;
     this.page.patch({ unheard, rigLive });
-    if (rigLive && health) this.page.patch({ starting: health.starting });
   }
 
   /** The server says nothing; where `pictures` are missing, it said nothing since the last one either. */
