@@ -36,7 +36,7 @@ class RrdFile:
 
     def __init__(self, path: Path, about: About) -> None:
         """Create `path`; raises `RecordingError` when that fails."""
-        self._about = about
+        self._path, self._about = path, about
         self._origin: int | None = None
         self._last: Rows | None = None
         rr.set_strict_mode(True)
@@ -86,8 +86,14 @@ class RrdFile:
             raise RecordingError(f"the recording cannot be written any further (disk full?): {error}") from error
 
     def close(self) -> None:
-        """Write the footer and close the file; no other call may follow. rerun keeps 1 MB of it until it is told so."""
+        """Write the footer and close the file; then no other call may follow. `RecordingError` when it took no footer.
+
+        rerun does not always say that its writer failed, and keeps 1 MB of the file until it is told so.
+        """
+        size = self._path.stat().st_size
         self._stream.disconnect()
+        if self._path.stat().st_size <= size:
+            raise RecordingError(f"the recording's file grew no more at its end (disk full?): {size} bytes")
         del self._stream
         release_streams()
         give_back()

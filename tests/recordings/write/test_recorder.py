@@ -243,6 +243,16 @@ def test_a_file_that_grows_no_more_ends_the_recording_though_rerun_reports_nothi
     assert "grows no more" in recorder.state().problem
 
 
+def test_a_file_that_takes_no_footer_is_not_complete(recorder: Recorder, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where rerun's writer dies within the last second, and its flush succeeds."""
+    recorder.start("full", rig_info(), Settings())
+    recorder.rows(telemetry_rows(100))
+    monkeypatch.setattr(RecordingStream, "disconnect", lambda stream: None)
+    with pytest.raises(RecordingError, match="grew no more at its end"):
+        recorder.stop()
+    assert "grew no more at its end" in recorder.state().problem
+
+
 def test_a_file_that_failed_and_never_closes_stops_no_other(
     recorder: Recorder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
