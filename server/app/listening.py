@@ -8,6 +8,11 @@ from server.settings import ServerSettings
 UNSENT_MAX = 16 * 1024
 """Bytes that may wait in the kernel for a slow viewer: beyond it, frames are skipped instead of delayed."""
 
+AT_ONCE = 16
+"""Connections that one turn of the network's loop accepts. libuv takes one for each handle, and under a flood a turn
+lasts for milliseconds: an E-STOP on a new connection waited for a second behind those of the flood.
+"""
+
 
 def listen(host: str, port: int) -> socket.socket:
     """A listening TCP socket; port 0 takes a free one."""
@@ -23,6 +28,11 @@ def listen(host: str, port: int) -> socket.socket:
         raise TendrilError(f"cannot serve on {host}, port = {port}: {error.strerror}; choose another --port") from error
     listening.listen(128)
     return listening
+
+
+def handles(listening: socket.socket) -> list[socket.socket]:
+    """`AT_ONCE` handles of the one socket, itself the first."""
+    return [listening, *(listening.dup() for _ in range(AT_ONCE - 1))]
 
 
 def address(settings: ServerSettings, listening: socket.socket) -> str:

@@ -15,7 +15,7 @@ from controller.system.memory import few_arenas, forget_start
 from server.access.gate import COMMAND
 from server.app.app import create_app
 from server.app.application_loop import ApplicationLoop
-from server.app.listening import address, listen
+from server.app.listening import address, handles, listen
 from server.app.ready import Addresses
 from server.app.services import Services
 from server.app.shutdown import Server, come_to_rest
@@ -61,7 +61,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
     app = create_app(services)
     server = uvicorn_server(app, settings, lambda: come_to_rest(services), lambda: ready(at), end_process)
     forget_start()  # before anybody is served: it holds up whatever runs
-    server.run(sockets=[listening])
+    server.run(sockets=handles(listening))
 
 
 def _allow_files() -> None:
