@@ -33,7 +33,7 @@ from server.campaign.rows import (
 )
 from server.campaign.scene import Kind, Scene
 from server.campaign.table import OVER_TLS, Fault
-from server.campaign.waiting import Seen, Skipped
+from server.campaign.waiting import NotTried, Seen, Skipped
 
 ACTS: dict[str, Callable[[Scene], Seen]] = {
     "server-killed": processes.server_killed,
@@ -111,7 +111,8 @@ ACTS |= STRANGERS | {f"{name}{OVER_TLS}": act for name, act in STRANGERS.items()
 AT_OWN_RATES = ("estop-flood",)
 """Faults of a server with its own limits of how often it may be asked."""
 ATTEMPTS_MAX = 3
-"""So often a fault is tried when the machine itself stood still meanwhile."""
+"""So often a fault is tried when the machine itself stood still meanwhile, or the rig was not ready for it."""
+NOT_TRIED = "not tried"
 TOLD = 12
 """Lines of the page's log that are shown where a fault was not survived."""
 
@@ -148,14 +149,15 @@ class Campaign:
                     if verdict is None:
                         continue
                     verdicts.append(verdict)
-                    mark = "[green]pass[/]" if verdict["pass"] else "[red]FAIL[/]"
-                    self._out.print(f"{mark} {fault.name}: {escape(verdict['observed'])}", highlight=False)
+                    self._out.print(f"{_mark(verdict)} {fault.name}: {escape(verdict['observed'])}", highlight=False)
         finally:
             self._leave()
         return verdicts
 
     def _judge(self, fault: Fault) -> Verdict | None:
-        for attempt in range(1, ATTEMPTS_MAX + 1):
+        """None where it cannot be injected here. What says nothing of the fault is tried again."""
+        words = ""
+        for _ in range(ATTEMPTS_MAX):
             start = time.monotonic_ns()
             try:
                 seen = ACTS[fault.name](self._at(fault))
@@ -164,12 +166,12 @@ class Campaign:
                 self._out.print(f"[yellow]skipped[/] {fault.name}: {escape(str(error))}")
                 return None
             except Exception as error:  # the next fault is judged whatever became of this one
-                disturbed = self._machine_stood_still(start)
+                words, untried = _words(error), isinstance(error, NotTried) or self._machine_stood_still(start)
                 self._show_log()
                 self._leave()
-                if not disturbed or attempt == ATTEMPTS_MAX:
-                    return _verdict(fault, _words(error), None)
-        raise AssertionError
+                if not untried:
+                    return _verdict(fault, words, None)
+        return _verdict(fault, f"{NOT_TRIED}: {words}", None)
 
     def _at(self, fault: Fault) -> Scene:
         """A scene that fits: with a proxy in the link, a link over TLS, or the devices of a virtual rig."""
@@ -238,7 +240,12 @@ def _table(verdicts: list[Verdict]) -> Table:
     table = Table("fault", "expected", "observed", "ms", "limit", "", title="tendril faults", title_justify="left")
     for one in verdicts:
         took = "-" if one["reaction_ms"] is None else f"{one['reaction_ms']:.0f}"
-        mark = "[green]pass[/]" if one["pass"] else "[red]FAIL[/]"
         words = one["name"], escape(one["expected"]), escape(one["observed"])
-        table.add_row(*words, took, f"{one['limit_ms']:.0f}", mark)
+        table.add_row(*words, took, f"{one['limit_ms']:.0f}", _mark(one))
     return table
+
+
+def _mark(one: Verdict) -> str:
+    if one["pass"]:
+        return "[green]pass[/]"
+    return "[yellow]----[/]" if one["observed"].startswith(NOT_TRIED) else "[red]FAIL[/]"

@@ -28,7 +28,7 @@ from server.campaign import inside, trace
 from server.campaign.person import Person
 from server.campaign.proxy import Proxy
 from server.campaign.table import BOARD_GAP, GAP
-from server.campaign.waiting import Failed, Skipped, require, wait
+from server.campaign.waiting import Failed, Skipped, before_the_fault, require, wait
 from server.hardware.actuator import kept_file
 from server.hardware.restarts import Restarts
 from server.recorder import client
@@ -58,6 +58,8 @@ SPEED, SLOW = 0.1, 0.01
 QUIET_SECONDS = 2.0
 """How long nothing may move after a fault without a fresh action [s]."""
 NAP = 0.05
+EMPTY_MAX_S = 5.0
+"""Longest wait for chambers that were under pressure to let the rig arm [s]."""
 DEVICES_READY_S = 10.0
 """Longest wait for devices that were plugged in again [s]."""
 
@@ -217,21 +219,24 @@ class Scene:
 
     def hold(self) -> None:
         """Bring the operator to a rig that holds, from wherever things are."""
-        self.operator.reconnect()
-        self.operator.request("POST", "/api/run/stop")
-        self._arm_again()
+        with before_the_fault():
+            self.operator.reconnect()
+            self.operator.request("POST", "/api/run/stop")
+            self._arm_again()
 
     def track(self) -> None:
         """Bring the operator to tracking a circle, from wherever things are."""
         self.hold()
-        self.operator.ask("POST", "/api/run", reference=CIRCLE, laps=None, record=False)
-        self._until_moving(Mode.TRACK, SPEED)
+        with before_the_fault():
+            self.operator.ask("POST", "/api/run", reference=CIRCLE, laps=None, record=False)
+            self._until_moving(Mode.TRACK, SPEED)
 
     def drag(self) -> None:
         """Bring the operator to dragging the target."""
         self.hold()
-        self.operator.drag()
-        self._until_moving(Mode.FOLLOW, SLOW)
+        with before_the_fault():
+            self.operator.drag()
+            self._until_moving(Mode.FOLLOW, SLOW)
 
     def stays_calm(self, seconds: float = QUIET_SECONDS) -> None:
         """Require that nothing moves from now on, though the operator may be present."""
@@ -281,11 +286,15 @@ class Scene:
     def _arm_again(self) -> None:
         if self.virtual is not None:
             wait(self._devices_run, DEVICES_READY_S, "devices that run", 0.1)
-        for request in ("e_stop", "clear", "arm"):
+        for request in ("e_stop", "clear"):
             self.operator.command(request)
+        wait(self._armed, EMPTY_MAX_S, "chambers that are empty, so that it arms", 0.1)
         start = time.monotonic_ns()
         self.until(start, (Mode.HOLD,), 2.0)
         wait(lambda: self.operator.shows(Mode.HOLD, start), 5.0, "HOLD on the page")
+
+    def _armed(self) -> bool:
+        return self.operator.request("POST", "/api/command", request="arm").is_success
 
     def _devices_run(self) -> bool:
         drivers = self.operator.ask("GET", "/api/drivers")["drivers"]

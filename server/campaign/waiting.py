@@ -1,7 +1,8 @@
 """Waiting for what must come, and what a fault that failed says."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple, TypeVar
 
 from controller.errors import TendrilError
@@ -11,6 +12,10 @@ T = TypeVar("T")
 
 class Failed(TendrilError):
     """Something expected did not happen, or something else did."""
+
+
+class NotTried(Failed):
+    """What a fault needs did not come about, so nothing is known of the fault."""
 
 
 class Skipped(TendrilError):
@@ -34,6 +39,15 @@ def wait(what: Callable[[], T | None], seconds: float, text: str, pause: float =
         time.sleep(pause)
         over = time.monotonic() > end
     return found
+
+
+@contextmanager
+def before_the_fault() -> Iterator[None]:
+    """What fails in here is `NotTried`."""
+    try:
+        yield
+    except Failed as error:
+        raise NotTried(str(error)) from error
 
 
 def require(condition: object, text: str) -> None:
