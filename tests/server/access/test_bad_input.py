@@ -8,6 +8,7 @@ import pytest
 
 from server.access.gate import BODY_MAX, UNCOUNTED_MAX
 from tests.server.live_server import Page, RigProcess, TestServer, free_environment
+from tests.waiting import wait_for
 
 UNREADABLE = {
     "no Unicode": b'{"request": "\xff\xfe"}',
@@ -134,7 +135,8 @@ def test_a_field_that_is_named_twice_counts_with_the_last_in_the_log_too(server:
     body = b'{"request": "arm", "request": "follow", "request": "hold", "target": [0, 0], "target": ["twice", 0]}'
     answer = operator.post("/api/command", content=body, headers={"content-type": "application/json"})
     assert "'loc': ['body', 'target', 0]" in refused(answer, 422)
-    assert any("hold refused: target.0" in event.text for event in server.services.events.recent)
+    log = server.services.events  # which the application's loop writes: the network's has answered
+    wait_for(lambda: any("hold refused: target.0" in event.text for event in list(log.recent)), "its line in the log")
 
 
 def test_lists_without_end_are_refused_early_and_briefly(operator: Page) -> None:
