@@ -116,7 +116,7 @@ class Services:
     def close(self) -> None:
         """End plans, commands and link, then run and recording (which have then seen every row), then the 3D view."""
         first = (self.tokens.stop, self.planner.stop, self.reader.stop)
-        then = (self.operator, self.rig, self.procedures, self.results, self.recorder)
+        then = (self.operator, self.rig, self.procedures, self.results, self.recorder, self.review)
         last = (self.scene, self.webhook, self.events.writer, self.audit.writer, self.folder, self.exports)
         ends: list[Callable[[], object]] = [*first, *(part.close for part in (*then, *last) if part is not None)]
         for end in ends:

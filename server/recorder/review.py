@@ -21,8 +21,8 @@ log = logging.getLogger(__name__)
 RECORDING_MAX_S = 600.0
 """For one recording [s]: mending, compacting and measuring 1 GB takes a minute or two."""
 
-MEND, FINISH, DEPICT = range(3)
-"""What is to be done with a recording, the first first."""
+END, MEND, FINISH, DEPICT = range(4)
+"""What is to be done: the thread ends, or something with a recording; the first first."""
 
 
 class Review:
@@ -61,6 +61,11 @@ class Review:
             self._depicted.add(id)
             self._asked.put((DEPICT, id))
 
+    def close(self) -> None:
+        """End once what is being done is done; nobody waits for it, and the next server goes on with the rest."""
+        self._asked.put((END, ""))
+        self.worker.stop(0.0)
+
     def _run(self) -> None:
         """Everything that looks at the folder of recordings: a start never waits for it."""
         left = self._left()
@@ -76,6 +81,8 @@ class Review:
             self.worker.rest()
             work, id = self._asked.get()
             self.worker.turn()
+            if work == END:
+                return
             if work == MEND:
                 self._mend(id)
             elif work == FINISH:
