@@ -1,6 +1,7 @@
 """A real rig process, a real server on a free port, and a page that speaks to it over real sockets."""
 
 import base64
+import faulthandler
 import json
 import os
 import signal
@@ -10,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import httpx
 import numpy as np
@@ -42,6 +43,9 @@ ROW = record_dtype(Telemetry)
 PATIENT = {"loop_gap": 0.4, "operator_timeout": 2.0, "server_hold": 1.5, "pump_hold": 1.5}
 """Limits of the rig under test: shared machines pause, and the page shares a process with its server."""
 
+EXPLAINED = 20_000
+"""Of what a rig that serves nobody has said at last [characters]."""
+
 STILL = 12
 """Frames, a fifth of a second, in which a tip that rests moves by less than a millimetre."""
 
@@ -58,10 +62,13 @@ def key_file(folder: Path) -> Path:
 
 
 class RigProcess:
-    """`python -m controller.realtime`, with the endpoint kept over restarts."""
+    """`python -m controller.realtime`, with the endpoint kept over restarts; what it says is in `log`."""
+
+    at: ClassVar[dict[str, "RigProcess"]] = {}
+    """The newest by its endpoint."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self._folder, self.log = folder, folder / "rig.log"
         self.endpoint = "tcp/127.0.0.1:0"
         self.start()
 
@@ -76,11 +83,24 @@ class RigProcess:
             "key_file": str(key_file(self._folder)),
             "parameters": {"limits": PATIENT},
         }
-        self.process = subprocess.Popen([sys.executable, "-m", "controller.realtime", json.dumps(settings)])
+        command = [sys.executable, "-X", "faulthandler", "-m", "controller.realtime", json.dumps(settings)]
+        with self.log.open("ab") as log:
+            self.process = subprocess.Popen(command, stderr=log)
         wait_for(lambda: ready.exists() or self.process.poll() is not None, "the rig")
-        assert self.process.poll() is None, "the rig died at its start"
+        assert self.process.poll() is None, f"the rig died at its start: {self.log.read_text()}"
         said = json.loads(ready.read_text())
         self.endpoint, self.boot = said["endpoint"], said["boot"]
+        self.at[self.endpoint] = self
+
+    def explain(self) -> str:
+        """Why it serves nobody: it is aborted, says where each thread stands, and another one takes its place."""
+        ended = self.process.poll()
+        for number in (signal.SIGABRT, signal.SIGCONT):
+            self.process.send_signal(number)
+        self.process.wait()
+        said = self.log.read_text()[-EXPLAINED:]
+        self.start()
+        return f"the rig {'was there' if ended is None else f'had ended with {ended}'} and says\n{said}"
 
     def kill(self) -> None:
         self.process.kill()
@@ -271,7 +291,12 @@ class TestServer:
     def operator(self) -> Page:
         """A signed-in browser that holds the lease, with the rig connected and vented."""
         page = self.page().sign_in().operate()
-        wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
+        try:
+            wait_for(lambda: page.get("/api/health").json()["rig_connected"], "the rig")
+        except AssertionError as error:
+            rig, health = RigProcess.at.get(self.settings.endpoint), page.get("/api/health").text
+            faulthandler.dump_traceback()
+            raise AssertionError(f"{error}: {health}; {rig.explain() if rig else ''}") from error
         assert page.command("e_stop").status_code == 200
         assert page.command("clear").status_code == 200
         return page
