@@ -27,3 +27,5 @@ except OSError:  # another server was faster, and its recorder is ours, too
 signal.signal(signal.SIGTERM, lambda *_: host.end())
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 host.run()
+logging.shutdown()
+os._exit(0)  # rerun's own exit waits for a writer that has died, for ever

@@ -1,7 +1,8 @@
 """One .rrd file while it is written: telemetry rows in, rerun columns out. Not thread-safe: one thread owns it."""
 
 import tempfile
-from concurrent.futures import wait
+from concurrent.futures import Future, wait
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +27,16 @@ from recordings.format.signals import APPROACH, BOOKMARKS, GROUPS, MARKERS, MODE
 from recordings.format.tool import release_streams
 from recordings.write.syncing import ABANDON_TIMEOUT
 
+FLUSH_S = 2.0
+"""Between two looks at whether rerun's writer is still there, while it is waited for [s]."""
+TIMED_OUT = "timed out"
+"""rerun's word for a flush that goes on."""
+THREADS, WRITER = Path("/proc/self/task"), "file_writer"
+"""Where Linux shows the threads of this process, and rerun's name of one that writes a file."""
 BATCH = 1000
 """Rows in one batch of columns, where all are known already."""
+_ABANDONED: list[Future[None]] = []
+"""Ends of files that take no more."""
 MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
 
 
@@ -43,10 +52,12 @@ class RrdFile:
         self._stream = rr.RecordingStream(
             APPLICATION, recording_id=about.id, batcher_config=rr.ChunkBatcherConfig(flush_tick=0.03)
         )
+        others = _writers()
         try:
             self._stream.save(path)
         except (OSError, RuntimeError) as error:
             raise RecordingError(f"{path} cannot be written: {error}") from error
+        self._writers = _writers() - others
         length = about.info.parameters.actuator.length
         self._stream.log_file_from_contents(Path("layout.rbl"), layout(length))
         self._write_static()
@@ -79,11 +90,17 @@ class RrdFile:
                 self._stream.send_columns(BOOKMARKS, self._times(at), line)
 
     def flush(self) -> None:
-        """Hand everything to the operating system, however long it takes; `RecordingError` when it takes no more."""
-        try:
-            self._stream.flush()
-        except RuntimeError as error:
-            raise RecordingError(f"the recording cannot be written any further (disk full?): {error}") from error
+        """Hand everything to the operating system, however long it takes; `RecordingError` when it takes no more.
+
+        rerun waits for ever for a writer that dies just as it is asked.
+        """
+        while True:
+            try:
+                return self._stream.flush(timeout_sec=FLUSH_S)
+            except RuntimeError as error:
+                if TIMED_OUT not in str(error) or self._writer_ended():
+                    text = f"the recording cannot be written any further (disk full?): {error}"
+                    raise RecordingError(text) from error
 
     def close(self) -> None:
         """Write the footer and close the file; then no other call may follow. `RecordingError` when it took no footer.
@@ -91,16 +108,31 @@ class RrdFile:
         rerun does not always say that its writer failed, and keeps 1 MB of the file until it is told so.
         """
         size = self._path.stat().st_size
-        self._stream.disconnect()
+        self._disconnect()
         if self._path.stat().st_size <= size:
             raise RecordingError(f"the recording's file grew no more at its end (disk full?): {size} bytes")
         del self._stream
-        release_streams()
+        if all(one.done() for one in _ABANDONED):  # rerun would wait for them, too
+            release_streams()
         give_back()
 
     def abandon(self) -> None:
         """Close a file that takes no more. rerun may wait for its dead writer then, for ever: it does so apart."""
-        wait([in_thread("abandoned-rrd", self._stream.disconnect)], ABANDON_TIMEOUT)
+        _ABANDONED.append(in_thread("abandoned-rrd", self._stream.disconnect))
+        wait(_ABANDONED[-1:], ABANDON_TIMEOUT)
+
+    def _disconnect(self) -> None:
+        """However long it takes, but not for ever where the writer has ended without it."""
+        done, ended = in_thread("closed-rrd", self._stream.disconnect), False
+        while not wait([done], FLUSH_S).done:
+            if ended:
+                raise RecordingError("the recording could not be ended (disk full?): rerun's writer is gone")
+            ended = self._writer_ended()
+        done.result()
+
+    def _writer_ended(self) -> bool:
+        """Whether rerun's writer of this file is gone, where threads can be seen."""
+        return bool(self._writers) and not self._writers & _writers()
 
     def _begin(self, t_ns: int) -> None:
         self._origin = t_ns
@@ -198,6 +230,16 @@ def warm_up() -> None:
         file = RrdFile(Path(folder, "warm-up.rrd"), About("warm-up", "warm-up", no_rig, Settings()))
         file.write(np.zeros(2, record_dtype(Telemetry)))
         file.close()
+
+
+def _writers() -> set[str]:
+    """Threads of this process that write a file of rerun's; none where they cannot be seen."""
+    found = set()
+    for name in THREADS.glob("*/comm"):
+        with suppress(OSError):  # it has ended meanwhile
+            if name.read_text().strip() == WRITER:
+                found.add(name.parent.name)
+    return found
 
 
 def _mode_style() -> rr.StateConfiguration:
