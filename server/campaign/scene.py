@@ -1,6 +1,7 @@
 """Where a fault happens: rig and server as `tendril up` runs them, and an operator who tracks a circle."""
 
 import contextlib
+import itertools
 import json
 import os
 import shutil
@@ -64,6 +65,10 @@ DEVICES_READY_S = 10.0
 """Longest wait for devices that were plugged in again [s]."""
 
 
+_SCENES = itertools.count()
+"""A recorder of an earlier turn that hangs must not be taken for this one's: each scene's rig has a name of its own."""
+
+
 class Kind(NamedTuple):
     """What a scene must have for a fault."""
 
@@ -88,7 +93,7 @@ class Scene:
         self.tls = folder / "tls" if encrypted else None
         if self.tls:
             make_certificates(self.tls)
-        self.rig = f"faults-{os.getpid()}-{folder.name}"
+        self.rig = f"faults-{os.getpid()}-{next(_SCENES)}"
         self._log = (folder / "output.log").open("wb")
         self._order = folder / "order.json"
         os.environ[inside.ORDER] = str(self._order)
