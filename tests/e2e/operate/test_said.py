@@ -40,6 +40,13 @@ def is_calm(page: Page) -> bool:
     return page.evaluate("window.words.size") == 0 and "VENTED" in page.get_by_test_id("state").inner_text()
 
 
+def is_laid_out(page: Page) -> bool:
+    """Whether the plan stays where it is: a page that has just begun takes in what is shown on it, and fits that."""
+    before = page.evaluate("window.__tendril.toPixel(0, 0)")
+    page.wait_for_timeout(500)
+    return bool(page.evaluate("window.__tendril.toPixel(0, 0)") == before)
+
+
 def test_a_server_that_says_nothing_is_named_and_not_its_rig(page: Page, product: Product) -> None:
     server = product.child("server.app")
     page.evaluate(WORDS)
@@ -68,6 +75,7 @@ def test_review_says_why_the_rig_stopped_and_what_leads_out(page: Page, product:
 
 def test_a_press_of_the_target_without_control_says_so_there_and_pans_nothing(page: Page, product: Product) -> None:
     expect(page.get_by_test_id("lease")).to_have_attribute("data-held", "false")
+    wait_until(lambda: is_laid_out(page))
     x, y = page.evaluate("window.__tendril.handle()")
     before = page.evaluate("window.__tendril.toPixel(0, 0)")
     page.mouse.move(x, y)
