@@ -89,6 +89,9 @@ def test_a_refusal_names_the_mode_and_the_way_out(shared: LiveRig) -> None:
     assert refused.detail == "refused: FOLLOW is not possible in VENTED; arm first"
     assert send().accepted
     assert send(Request.ARM, boot=1).cause == Cause.WRONG_BOOT
+    assert send(boot=1, settings=Settings(law=Law.FF_P)).cause == Cause.WRONG_BOOT  # refused whole
+    newest = shared.ring().newest()
+    assert newest is not None and newest["law"] == Settings().law
     stop = shared.operator.client.stop(secrets.randbits(62), boot=1)  # it was on its way when that rig ended
     assert (stop.accepted, stop.mode, stop.cause) == (False, Mode.VENTED, Cause.WRONG_BOOT)
     assert send().mode == Mode.VENTED
