@@ -222,6 +222,11 @@ class Scene:
         place.mkdir()
         return place
 
+    def wait_for_devices(self) -> None:
+        """Until devices, where it has some, are there and run."""
+        if self.virtual is not None:
+            wait(self._devices_run, DEVICES_READY_S, "devices that run", 0.1)
+
     def hold(self) -> None:
         """Bring the operator to a rig that holds, from wherever things are."""
         with before_the_fault():
@@ -289,8 +294,7 @@ class Scene:
             self._carried_out.look()
 
     def _arm_again(self) -> None:
-        if self.virtual is not None:
-            wait(self._devices_run, DEVICES_READY_S, "devices that run", 0.1)
+        self.wait_for_devices()
         for request in ("e_stop", "clear"):
             self.operator.command(request)
         wait(self._armed, EMPTY_MAX_S, "chambers that are empty, so that it arms", 0.1)

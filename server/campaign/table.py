@@ -31,6 +31,9 @@ HOLD_MS = 600.0
 RESTART_MS = 15_000.0
 """For a new process, whose imports a busy machine slows down."""
 
+LOST_MS = 20_000.0
+"""Until control that was lost is said: a page that stands still says it when it goes on, a new server begins first."""
+
 OVER_TLS = "-tls"
 """Ends the name of a fault whose link is encrypted."""
 STOP_MS = 500.0
@@ -189,6 +192,12 @@ FAULTS = (
         "nothing moves; the run is refused by a sentence, its recording ended, none is under way",
         2000.0,
     ),
+    Fault(
+        "control-lost",
+        "control of an operator who drags in chromium: the page hangs for 12 s, it is taken over, the server dies",
+        "HOLD; the page says why and by whom, its log and the server's, too; nothing moves",
+        LOST_MS,
+    ),
     Fault("cpu-hog", "two busy processes for every core, 5 s", "TRACK or HOLD; the loop goes on", 1e3 * GAP),
     Fault("gil-hog", "the GIL of the rig held for 1 s, from its pump", "HOLD; the loop goes on", HOLD_MS),
     Fault("pump-dead", "the GIL of the rig held for 4 s, from its pump", "HOLD, REST after 2 s; vented", 2500.0),
@@ -280,6 +289,12 @@ FAULTS = (
         "markers without names come in another order for 2 s",
         "TRACK goes on, at the true tip",
         1e3 * GAP,
+    ),
+    Fault(
+        "uncommissioned",
+        "devices of which no step of the commissioning is accepted are armed and run, also after kill -9 of the rig",
+        "refused by the rig with what is missing; it stays vented",
+        2000.0,
     ),
     Fault("gains-hard", "K_I = 20 1/s, the most that the page allows", "REST within 1 s of the whip, named", 1000.0),
     Fault(

@@ -1,8 +1,10 @@
 """The operator's own page in a real chromium: killed, busy or hung, with a painter that throws, signing in twice."""
 
 import contextlib
+import os
+import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from controller.schema.modes import Cause, Mode
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
 BUSY, HUNG = 2000, 12_000
 """For which the main thread does nothing else [ms]; for good as far as a watchdog is concerned."""
+SILENT = "nothing was heard of the page for 5 s"
 SPIN = "(ms) => { const end = performance.now() + ms; while (performance.now() < end); }"
 THROW = """() => {
   const arc = CanvasRenderingContext2D.prototype.arc;
@@ -85,6 +88,52 @@ def hung(scene: Scene) -> Seen:
         page.evaluate("1")  # it comes back
         scene.stays_calm()
     return Seen(f"{trace.told(row)}; nothing moved when it came back", (row["t_ns"] - start) * 1e-6)
+
+
+def control_lost(scene: Scene) -> Seen:
+    """While the mouse holds the target: who looks at the plan is told there, and can read it later."""
+    found = [_lost(scene, *way) for way in WAYS]
+    return Seen("; ".join(one.observed for one in found), max(one.reaction_ms for one in found))
+
+
+def _lost(scene: Scene, lose: Callable[[Scene, "Page"], str], why: str) -> Seen:
+    with _dragging(scene) as page:
+        mark, start = len(scene.operator.log), time.monotonic_ns()
+        of_server = lose(scene, page)
+        row = scene.until(start, (Mode.HOLD,), HUNG / 1e3 - 2.0)
+        hint = page.get_by_test_id("hint").filter(has_text=why)
+        hint.wait_for(timeout=READY)
+        took, said = (time.monotonic_ns() - start) * 1e-6, hint.inner_text()
+        page.get_by_role("tab", name="Log", exact=True).dispatch_event("click")  # the mouse is down elsewhere
+        line = said.replace("Control lost", "You no longer operate")
+        page.get_by_test_id("log").filter(has_text=line).wait_for(timeout=READY)
+        if of_server:
+            scene.operator.sees(of_server, mark)
+        scene.stays_calm()
+    return Seen(f"{trace.told(row)}, {said!r}", took)
+
+
+def _stands_still(scene: Scene, page: "Page") -> str:
+    page.evaluate(f"() => {{ setTimeout({SPIN}, 0, {HUNG}) }}")
+    return f"no longer operates: {SILENT}"
+
+
+def _taken_over(scene: Scene, page: "Page") -> str:
+    scene.operator.ask("POST", "/api/lease/take-over", tag=scene.operator.status["people"]["holder"])
+    return "took control from"
+
+
+def _server_dies(scene: Scene, page: "Page") -> str:
+    os.kill(scene.server_process, signal.SIGKILL)
+    return ""  # its log ends with it
+
+
+WAYS = (
+    (_stands_still, SILENT),
+    (_taken_over, "took control over"),
+    (_server_dies, "the server was started again"),
+)
+"""How control is lost, and what is said of it."""
 
 
 def painter(scene: Scene) -> Seen:

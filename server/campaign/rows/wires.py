@@ -1,15 +1,18 @@
 """Devices that fail on their own wires: the rig drives a virtual rig, which is told to break."""
 
+import os
+import signal
 import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from controller.schema.modes import Cause, Mode
+from controller.schema.modes import Cause, Law, Mode
 from server.campaign import trace
-from server.campaign.scene import Scene
-from server.campaign.waiting import Seen, require
+from server.campaign.scene import CIRCLE, Scene
+from server.campaign.table import RESTART_MS
+from server.campaign.waiting import Seen, before_the_fault, require, wait
 from server.log.events import words
 
 NAMED = """
@@ -62,6 +65,7 @@ ON_OTHERS = {"modbus-timeout": MODBUS, "udp-silent": UDP, "markers-unnamed-swap"
 WAIVED = "arm_uncommissioned = true\n"
 """A virtual rig is as its file says."""
 RIGS = {name: WAIVED + rig for name, rig in (dict.fromkeys(ON_SERIAL, SERIAL) | ON_OTHERS).items()}
+RIGS["uncommissioned"] = UDP
 """The virtual rig that each of these faults needs."""
 
 OUT = 2.0
@@ -70,6 +74,12 @@ SLACK = 3.0
 """After which a reaction is not waited for any more [s]; its limit is judged by the ring's own times."""
 EMPTY = 5e3
 """A chamber below this has been vented [Pa]."""
+ASKED: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("/api/command", {"request": "arm"}),
+    ("/api/command", {"request": "follow", "target": [0.2, 0.0]}),
+    ("/api/run", {"reference": CIRCLE, "laps": 1}),
+)
+"""What would set a rig in motion, arming first."""
 NEAR = 0.03
 """The tip that the rig believes in stays this near to the plant's own course [m]."""
 
@@ -143,6 +153,41 @@ def ghosts(scene: Scene) -> Seen:
 def unnamed_swapped(scene: Scene) -> Seen:
     """Who is who is found again in every frame."""
     return _unmoved(scene, ("swap 3 10", "mend"))
+
+
+def uncommissioned(scene: Scene) -> Seen:
+    """It is the rig that refuses, and the one after it does, too."""
+    before = _refuses(scene)
+    boot = scene.boot
+    os.kill(scene.rig_process, signal.SIGKILL)
+    wait(lambda: scene.boot not in (0, boot), RESTART_MS * 1e-3, "the next rig")
+    after = _refuses(scene)
+    return Seen(f"{before.observed}; the same of the next rig", max(before.reaction_ms, after.reaction_ms))
+
+
+def _refuses(scene: Scene) -> Seen:
+    """Whatever sets it in motion, in closed loop and in open loop."""
+    operator = scene.operator
+    with before_the_fault():
+        operator.reconnect()
+        scene.wait_for_devices()
+        for request in ("e_stop", "clear"):
+            operator.command(request)
+    start, slowest, told = time.monotonic_ns(), 0, ""
+    for law in (Law.FF_PI, Law.OPEN_LOOP):
+        operator.ask("PATCH", "/api/settings", changes={"law": law})
+        for path, body in ASKED:
+            asked = time.monotonic_ns()
+            answer = operator.request("POST", path, **body)
+            slowest = max(slowest, time.monotonic_ns() - asked)
+            require(400 <= answer.status_code < 500, f"{body} was answered with {answer.status_code}: {answer.text}")
+            told = told or answer.json()["detail"]
+    require("not all accepted" in told, f"arming was refused with {told!r}")
+    rows = scene.since(start)
+    left = rows[rows["mode"] != Mode.VENTED]
+    require(not len(left), f"left VENTED for {', '.join(trace.told(row) for row in left[:1])}")
+    require(not rows["pressure_cmd"].any(), "pressure was commanded")
+    return Seen(told, slowest * 1e-6)
 
 
 def _latched(scene: Scene, lines: tuple[str, str], mode: Mode, cause: Cause) -> Seen:
