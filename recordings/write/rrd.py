@@ -35,8 +35,8 @@ THREADS, WRITER = Path("/proc/self/task"), "file_writer"
 """Where Linux shows the threads of this process, and rerun's name of one that writes a file."""
 BATCH = 1000
 """Rows in one batch of columns, where all are known already."""
-_ABANDONED: list[Future[None]] = []
-"""Ends of files that take no more."""
+_ENDING: list[Future[None]] = []
+"""Ends of files that rerun has not reached: of one whose writer is gone it may wait for ever."""
 MODE_LEVELS: dict[int, Level] = {Mode.FAULT: "warning", Mode.E_STOP: "error"}
 
 
@@ -112,23 +112,28 @@ class RrdFile:
         if self._path.stat().st_size <= size:
             raise RecordingError(f"the recording's file grew no more at its end (disk full?): {size} bytes")
         del self._stream
-        if all(one.done() for one in _ABANDONED):  # rerun would wait for them, too
+        _ENDING[:] = [one for one in _ENDING if not one.done()]
+        if not _ENDING:  # rerun would wait for them, too
             release_streams()
         give_back()
 
     def abandon(self) -> None:
-        """Close a file that takes no more. rerun may wait for its dead writer then, for ever: it does so apart."""
-        _ABANDONED.append(in_thread("abandoned-rrd", self._stream.disconnect))
-        wait(_ABANDONED[-1:], ABANDON_TIMEOUT)
+        """Close a file that takes no more."""
+        wait([self._end()], ABANDON_TIMEOUT)
 
     def _disconnect(self) -> None:
         """However long it takes, but not for ever where the writer has ended without it."""
-        done, ended = in_thread("closed-rrd", self._stream.disconnect), False
+        done, ended = self._end(), False
         while not wait([done], FLUSH_S).done:
             if ended:
                 raise RecordingError("the recording could not be ended (disk full?): rerun's writer is gone")
             ended = self._writer_ended()
         done.result()
+
+    def _end(self) -> Future[None]:
+        """rerun's end of it, apart from us: where its writer is gone it may wait for ever."""
+        _ENDING.append(in_thread("end-of-rrd", self._stream.disconnect))
+        return _ENDING[-1]
 
     def _writer_ended(self) -> bool:
         """Whether rerun's writer of this file is gone, where threads can be seen."""

@@ -154,7 +154,9 @@ class RecorderClient:
         return found
 
     def close(self) -> None:
-        """End the recorder with what it records, unless another server has it, too."""
+        """End the recorder with what it records, unless another server has it, too; once is enough."""
+        if self._closing:
+            return
         with suppress(RecordingError):
             self._ask("leave", self._seen(), timeout=LEAVE_S, closing=True)
         self._closing = True
