@@ -181,10 +181,10 @@ def mode_response(q: Array, omega: float, zeta: float, friction: float, dt: floa
 @kernel
 def respond(q: Array, omega: float, zeta: float, friction: float, dt: float, out_y: Array) -> None:
     """What `mode_response` gives, into out_y (n,) [m]. Not in the paper, which measures no damping."""
-    stiff, loss, rub = omega * omega * dt, 1.0 + 2.0 * zeta * omega * dt, friction / SLIP
+    stiff, loss, rub = omega * omega * dt, zeta * omega * dt, friction / SLIP
     at = rate = held = 0.0
     for i in range(q.size):
-        rate = (rate + stiff * (q[i] - at - rub * held)) / loss
+        rate = ((1.0 - loss) * rate + stiff * (q[i] - at - rub * held)) / (1.0 + loss)
         way = rate * dt
         at += way
         held = min(max(held + way, -SLIP), SLIP)

@@ -193,7 +193,7 @@ def _intervals(theta: Array, chambers: Sequence[ChamberSteps], dt: float) -> lis
         edges += [first + start for start in one.starts]
         first += len(one.asked)
     scores = np.array([J[a:b].T @ r[a:b] for a, b in zip(edges, [*edges[1:], len(r)], strict=True)])
-    steps, unknowns = len(scores), len(theta)
+    steps, unknowns = len(scores), len(theta) + 2 * len(chambers)  # with each chamber's offset and gain
     inverse = np.linalg.pinv(J.T @ J)
     covariance = inverse @ (scores.T @ scores) @ inverse * steps / max(1, steps - unknowns)
     half = student.ppf(0.5 + CONFIDENCE / 2.0, max(1, steps - unknowns)) * np.sqrt(np.diag(covariance))

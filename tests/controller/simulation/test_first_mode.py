@@ -38,17 +38,25 @@ def lagged(steps: int, lag: float) -> Array:
     return np.column_stack([out, out])
 
 
-def known(zeta: float, frequency: float, noise: float = 1e-4, lag: float = 0.05, step: float = 1.0) -> StepRecord:
+def known(
+    zeta: float,
+    frequency: float,
+    noise: float = 1e-4,
+    lag: float = 0.05,
+    step: float = 1.0,
+    repeats: int = 3,
+    seed: int = 1,
+) -> StepRecord:
     """Of a system whose truth is known, sampled each 10 ms, 8 ms old, with an even drift."""
-    torque = step * lagged(3, lag)
+    torque = step * lagged(repeats, lag)
     omega, t = 2.0 * np.pi * frequency, DT * np.arange(len(torque))
     q = torque @ STRAIGHT.S[1]
     mode = lti([omega**2], [1.0, 2.0 * zeta * omega, omega**2])
     y = lsim(mode, q - q[0], t)[1] + q[0] + 5e-4 * t
     held = np.roll(np.repeat(y[::10], 10)[: len(y)], 8)
     tip = np.column_stack([np.full(len(t), 0.25), held])
-    tip[:, 1] += np.repeat(np.random.default_rng(1).normal(0.0, noise, len(t) // 10), 10)
-    return StepRecord(DT, torque, tip, tuple(DWELL * i for i in range(6)))
+    tip[:, 1] += np.repeat(np.random.default_rng(seed).normal(0.0, noise, len(t) // 10), 10)
+    return StepRecord(DT, torque, tip, tuple(DWELL * i for i in range(2 * repeats)))
 
 
 def swung(**twin: Any) -> FirstMode:

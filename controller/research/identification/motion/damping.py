@@ -1,4 +1,4 @@
-"""Damping ratio and frequency by logarithmic decrement of free decays (paper, "Parameter Estimation")."""
+"""Damping ratio and frequency of free decays (paper, "Parameter Estimation"): by their peaks, then by all samples."""
 
 import math
 from collections.abc import Sequence
@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 
 from controller.arrays import Array
 from controller.errors import DataError
+from controller.research.identification.motion.swings import Interval, combined, fit_swing
 
 RESOLUTION = 1e-4
 """Noise is taken to be at least this share of the highest displacement."""
@@ -31,6 +31,9 @@ REST_NEEDS = 5
 """Peaks from which on a decay's own rest is corrected, too."""
 
 
+ZETA_LEAST = 1e-4
+"""Where the search by samples begins at least."""
+
 ROUNDS = 6
 """Times that the rests are corrected: a recording that stops early ends a tenth of the first peak off its rest."""
 
@@ -46,15 +49,6 @@ class Peaks(NamedTuple):
     """Displacement from rest with its sign (n,), in the unit of the data."""
     noise: float
     """Standard deviation of a sample of this decay, same unit."""
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A value with its 95 % confidence interval."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True)
@@ -81,7 +75,8 @@ def log_decrement(decays: Sequence[tuple[Array, Array]]) -> Decrement:
 
     ln |s_j| = c - j delta / 2 over the half periods j: one line per decay with a common slope. The variance of ln |s_j|
     is (noise / s_j)^2 plus a common one, as large as the scatter asks for: real damping changes with amplitude. A
-    decay's own rest is corrected with it and the peaks found again.
+    decay's own rest is corrected with it and the peaks found again. From there each decay's samples say the rest
+    (swings.py), from its first peak to half a period after its last.
     DataError when too few peaks stand out of the noise: 3 in one decay, or 2 in each of two.
     """
     signals = list(decays)
@@ -94,8 +89,28 @@ def log_decrement(decays: Sequence[tuple[Array, Array]]) -> Decrement:
             raise DataError(f"{count} peaks stand out of the noise: 3 in a decay, or 2 in each of two, are needed")
         half_delta, rests, misfit = _common_slope(peaks)
         signals = [(t, _moved(s, rest)) for (t, s, _), rest in zip(found, rests, strict=True)]
-    ratio = [slope / math.hypot(math.pi, slope) for slope in (half_delta.value, half_delta.low, half_delta.high)]
-    return Decrement(Interval(*ratio), _frequency(peaks), tuple(peaks), misfit)
+    by_peaks = half_delta / math.hypot(math.pi, half_delta), math.pi / _half_period(peaks)
+    zeta, omega_d = _by_samples([(t, s) for t, s, _ in found], peaks, *by_peaks)
+    return Decrement(zeta, omega_d, tuple(peaks), misfit)
+
+
+def _by_samples(
+    signals: Sequence[tuple[Array, Array]], peaks: Sequence[Peaks], zeta: float, omega_d: float
+) -> tuple[Interval, Interval]:
+    """Ratio and frequency [rad/s] by all samples of the signals; DataError where they tell none."""
+    swings = []
+    for (t, s), one in zip(signals, peaks, strict=True):
+        inside = (t >= one.t[0]) & (t <= one.t[-1] + math.pi / omega_d)
+        swings.append(fit_swing(t[inside], s[inside], max(zeta, ZETA_LEAST), omega_d))
+    told = [one for one in swings if one is not None]
+    if not told:
+        raise DataError("no decay tells a damping ratio above 0")
+    freedom = min(one.freedom for one in told)
+    values = ([one.zeta for one in told], [one.omega_d for one in told])
+    return (
+        combined(values[0], [one.variance[0] for one in told], freedom),
+        combined(values[1], [one.variance[1] for one in told], freedom),
+    )
 
 
 def find_peaks(t: Array, s: Array) -> Peaks:
@@ -148,7 +163,7 @@ def _moved(s: Array, rest: float) -> Array:
     return s - float(np.clip(rest, end.min(initial=0.0), end.max(initial=0.0)))
 
 
-def _common_slope(peaks: Sequence[Peaks]) -> tuple[Interval, Array, float]:
+def _common_slope(peaks: Sequence[Peaks]) -> tuple[float, Array, float]:
     """Half the decrement, each decay's correction of its rest, and the scatter beyond the noise.
 
     With s_j = A_j + r, ln |s_j| = ln |A_j| + r / s_j to first order: an error r of the rest is one more linear unknown.
@@ -158,22 +173,19 @@ def _common_slope(peaks: Sequence[Peaks]) -> tuple[Interval, Array, float]:
     slope = np.concatenate([-one.turn for one in peaks])[:, None]
     rest = np.concatenate([hot / one.s[:, None] for hot, one in zip(rows, peaks, strict=True)])[:, own_rest]
     right = np.concatenate([np.log(np.abs(one.s)) for one in peaks])
-    unknowns, interval, scatter = _with_scatter(
-        np.hstack([slope, np.concatenate(rows), rest]), right, _noise_share(peaks)
-    )
+    unknowns, scatter = _with_scatter(np.hstack([slope, np.concatenate(rows), rest]), right, _noise_share(peaks))
     rests = np.zeros(len(peaks))
     rests[own_rest] = unknowns[1 + len(peaks) :]
-    return interval, rests, scatter
+    return float(unknowns[0]), rests, scatter
 
 
-def _frequency(peaks: Sequence[Peaks]) -> Interval:
-    """Angular frequency: pi over the common time between a peak and the next [rad/s]."""
+def _half_period(peaks: Sequence[Peaks]) -> float:
+    """The common time between a peak and the next [s]."""
     rows = np.concatenate([_one_hot(i, len(peaks), one) for i, one in enumerate(peaks)])
     turn = np.concatenate([one.turn for one in peaks])[:, None]
     t = np.concatenate([one.t for one in peaks])
-    half_period = float(np.median(np.concatenate([np.diff(one.t) for one in peaks])))
-    _, half, _ = _with_scatter(np.hstack([turn, rows]), t, half_period * _noise_share(peaks))
-    return Interval(math.pi / half.value, math.pi / half.high, math.pi / max(half.low, 1e-12))
+    usual = float(np.median(np.concatenate([np.diff(one.t) for one in peaks])))
+    return float(_with_scatter(np.hstack([turn, rows]), t, usual * _noise_share(peaks))[0][0])
 
 
 def _noise_share(peaks: Sequence[Peaks]) -> Array:
@@ -185,8 +197,8 @@ def _one_hot(i: int, count: int, one: Peaks) -> Array:
     return np.tile(np.eye(count)[i], (one.s.size, 1))
 
 
-def _with_scatter(left: Array, right: Array, sigma: Array) -> tuple[Array, Interval, float]:
-    """Least squares with variances sigma^2 (n,) plus a common one: unknowns, the first's interval, the common sigma.
+def _with_scatter(left: Array, right: Array, sigma: Array) -> tuple[Array, float]:
+    """Least squares with variances sigma^2 (n,) plus a common one: unknowns, and the common sigma.
 
     The common variance is the smallest that lets the weighted squares fall to their expectation (Paule and Mandel).
     """
@@ -197,11 +209,7 @@ def _with_scatter(left: Array, right: Array, sigma: Array) -> tuple[Array, Inter
             middle = (low + high) / 2
             excess = _weighted(left, right, np.hypot(sigma, middle))[1] > freedom
             low, high = (middle, high) if excess else (low, middle)
-    total = np.hypot(sigma, low)
-    unknowns, squares = _weighted(left, right, total)
-    A = left / total[:, None]
-    half = float(stats.t.ppf(0.975, freedom)) * math.sqrt(squares / freedom * np.linalg.pinv(A.T @ A)[0, 0])
-    return unknowns, Interval(float(unknowns[0]), float(unknowns[0]) - half, float(unknowns[0]) + half), low
+    return _weighted(left, right, np.hypot(sigma, low))[0], low
 
 
 def _weighted(left: Array, right: Array, sigma: Array) -> tuple[Array, float]:

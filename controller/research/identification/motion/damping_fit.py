@@ -11,8 +11,9 @@ from controller.arrays import Array
 from controller.assembly.rod import build_rod
 from controller.assembly.stability import natural_modes
 from controller.research.identification.fit import Estimate, Fit, Misfit
-from controller.research.identification.motion.damping import Decrement, Interval, log_decrement
+from controller.research.identification.motion.damping import Decrement, log_decrement
 from controller.research.identification.motion.rayleigh import Rayleigh, rayleigh
+from controller.research.identification.motion.swings import Interval
 from controller.research.identification.report.damping_plots import (
     amplitudes_plot,
     decays_plot,

@@ -30,6 +30,7 @@ def jobs(cases: Sequence[Case] = CASES, keep: Keep | None = None) -> list[Job]:
     return [Job(case, Setup(), keep) for case in cases]
 
 
+@pytest.mark.process
 def test_over_processes_as_alone_bit_for_bit_in_order_and_each_is_told_once(tmp_path: Path) -> None:
     told: list[Case] = []
     alone = campaign(jobs(), 1, told.append)

@@ -7,10 +7,12 @@ from controller.arrays import Array
 from controller.errors import DataError
 from controller.research.identification.motion.damping import find_peaks, log_decrement, noise_of
 from controller.research.identification.motion.rayleigh import rayleigh, rayleigh_ratio
+from tests.controller.coverage import RATES, decays
 
 pytestmark = pytest.mark.keyed()
 
 NOISE = 2e-4
+TIMES = 100
 OMEGA = 2 * math.pi * 2.5
 
 
@@ -35,12 +37,13 @@ def test_a_wrong_rest_does_not_bias_the_decrement(rest: float) -> None:
     assert found.zeta.value == pytest.approx(0.07, rel=0.01)
 
 
-def test_19_of_20_confidence_intervals_hold_the_true_values() -> None:
-    found = [log_decrement([decay(0.07, seed)]) for seed in range(200)]
-    zeta = sum(one.zeta.low <= 0.07 <= one.zeta.high for one in found) / len(found)
-    omega = OMEGA * math.sqrt(1 - 0.07**2)
-    frequency = sum(one.omega_d.low <= omega <= one.omega_d.high for one in found) / len(found)
-    assert 0.88 <= zeta <= 0.99 and 0.88 <= frequency <= 0.99
+@pytest.mark.parametrize("rate", RATES[::2], ids=str)
+@pytest.mark.parametrize("count", [1, 3, 20])
+def test_19_of_20_confidence_intervals_hold_the_true_values(count: int, rate: tuple[float, float, float]) -> None:
+    """`python -m tests.controller.coverage` asks more often, of every number that has an interval."""
+    for found in decays(count, rate, TIMES):
+        assert 0.88 <= found.held <= 0.995, found
+        assert abs(found.bias) < 5e-3, found
 
 
 def test_peaks_are_placed_within_a_hundredth_of_a_sample() -> None:
