@@ -1,5 +1,6 @@
 """How much of some work is done: told by who does it, shown at the terminal with how long the rest will take."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -33,10 +34,13 @@ class Bar:
 
 @contextmanager
 def progress(console: "Console", what: str) -> Iterator[Bar]:
-    """A bar that is gone at the end; at no terminal there is none."""
+    """A bar that is gone at the end; at no terminal there is one line instead, on the standard error."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn  # not for a rig, which only tells
 
     columns = TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), remaining()
+    if not console.is_terminal:
+        sys.stderr.write(f"{what} ...\n")
+        sys.stderr.flush()
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         yield Bar(bars, what)
 

@@ -12,7 +12,7 @@ TimeUnit = Literal["s", "ms", "us", "ns"]
 LengthUnit = Literal["m", "cm", "mm", "um", "in"]
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 25.4e-3}
-PRESSURE = {"pa": 1.0, "kpa": 1e3}
+PRESSURE = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "mbar": 1e2, "bar": 1e5, "psi": 6894.757293}
 NAMES: tuple[tuple[re.Pattern[str], str, Mapping[str, float]], ...] = (
     (re.compile("t|time"), "t", TIME),
     (re.compile(r"[xyz]\d*"), "", LENGTH),

@@ -11,11 +11,12 @@ from scipy import stats
 from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.research.identification.fit import Fit
+from controller.research.identification.motion.modal import TRACKING_RATE, tracking_gains
 from controller.research.identification.poses import Poses, fine, predict
 from controller.research.identification.regression import Solution, solve
 from controller.research.identification.report.static_plots import marker_misfits, outlier_notes, static_plots
 from controller.research.identification.static_form import SHAPES, Shape, StaticForm
-from controller.schema.actuator import Actuator
+from controller.schema.actuator import Actuator, Tracking
 
 SCAN = np.logspace(-1.5, 1.5, 31)
 """Factors on the base's stiffness that are tried first: far from the truth the body curls, and has other minima."""
@@ -38,7 +39,7 @@ def fit_statics(poses: Poses, base: Actuator, shape: str = "auto", *, robust: bo
         better = _solved(richer, richer.start_from(form, solution.x), poses, robust)
         if _is_worth(better, solution) and richer.is_possible(better.x):
             form, solution = richer, better
-    actuator = form.actuator(solution.x)
+    actuator = _observable(form.actuator(solution.x), poses)
     return Fit(
         title="Stiffness from static deflections",
         method=_method(poses, actuator, form, robust),
@@ -46,7 +47,30 @@ def fit_statics(poses: Poses, base: Actuator, shape: str = "auto", *, robust: bo
         parameters=form.estimates(solution),
         misfits=marker_misfits(poses, solution.residual),
         plots=static_plots(poses, actuator, solution.residual),
-        notes=outlier_notes(poses, solution.residual, robust),
+        notes=(*_by_rods_note(actuator, poses), *outlier_notes(poses, solution.residual, robust)),
+    )
+
+
+def _observable(actuator: Actuator, poses: Poses) -> Actuator:
+    """With what `tendril observe` needs besides, where the base says none of it: the markers' frame, and gains."""
+    K_o, B_o = tracking_gains(actuator, TRACKING_RATE)
+    frame = Tracking(base=(0.0, 0.0), axis=(1.0, 0.0), arcs=tuple(poses.arcs.tolist()))
+    tracking = actuator.tracking or frame
+    if any(tracking.K_o):
+        return actuator
+    return actuator.model_copy(update={"tracking": tracking.model_copy(update={"K_o": K_o, "B_o": B_o})})
+
+
+def _by_rods_note(actuator: Actuator, poses: Poses) -> tuple[str, ...]:
+    """What it costs that the chambers of a body by EI end at rods of its table, where they do."""
+    if actuator.EI is None or actuator.chamber_arcs is not None:
+        return ()
+    (b1, e1), (b2, e2) = (np.array(actuator.chambers) * actuator.length / actuator.table_rods).round(6).tolist()
+    by_arcs = actuator.model_copy(update={"chamber_arcs": ((b1, e1), (b2, e2))})
+    off = np.hypot(*np.moveaxis(predict(by_arcs, poses) - predict(actuator, poses), -1, 0))
+    return (
+        f"chambers are given by rods, which puts the markers of these poses up to {1e3 * off.max():.1f} mm from where "
+        f"they are with chamber_arcs = [[{b1:g}, {e1:g}], [{b2:g}, {e2:g}]]: with EI, give those",
     )
 
 

@@ -1,6 +1,7 @@
 """`tendril identify` at the command line: what was found, as a table, and where it was written."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from rich.console import Console
@@ -10,18 +11,34 @@ from rich.table import Table
 from controller.research.identification.fit import Fit
 from controller.research.identification.identify import IdentificationTask, identify, save
 from controller.research.identification.report.report import number_text
+from controller.schema.origin import origin
 from controller.system.progress import progress
+from server.cli.files import require_file, write_json
 
 
-def run_identify(task: IdentificationTask, out: Path, report: Path | None, console: Console) -> None:
+def run_identify(
+    task: IdentificationTask, out: Path, report: Path | None, json_file: Path | None, console: Console
+) -> None:
     """Fit, write and show; TendrilError says what is wrong with data, base or files."""
+    if json_file is not None:
+        require_file(json_file)
     with progress(console, "Fitting"):  # when a solver will have settled no one can say
         fits = identify(task)
         save(task, fits, out, report)
     for fit in fits:
         show(fit, console)
-    for path in filter(None, (out, report)):
+    if json_file is not None:
+        made = origin(task.command, actuators=(task.base,))
+        write_json(
+            json_file, {"fits": [figures(fit) for fit in fits], "actuator": fits[-1].actuator.model_dump()}, made
+        )
+    for path in filter(None, (out, report, json_file)):
         console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
+
+
+def figures(fit: Fit) -> dict[str, object]:
+    """What was found, without what is drawn; numbers in the units that stand beside them."""
+    return {name: value for name, value in asdict(fit).items() if name not in ("plots", "actuator")}
 
 
 def show(fit: Fit, console: Console) -> None:

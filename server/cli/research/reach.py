@@ -2,8 +2,8 @@
 
 import csv
 import io
-from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -13,7 +13,7 @@ from controller.reference.feasible.reach import Reach, reach_map, static_tips
 from controller.schema.origin import comment_lines, origin
 from controller.schema.parameters import RigParameters
 from controller.system.origin import command_line
-from server.cli.files import require_file, write
+from server.cli.files import require_file, write, write_json
 
 HEADER = ("u_1 [N m]", "u_2 [N m]", "x [m]", "y [m]")
 SIDE = 41
@@ -21,11 +21,17 @@ SIDE = 41
 INK, LIGHT = "#1f5fa8", "#cfe0f3"
 
 
-def run_reach(
-    parameters: RigParameters, table: Path | None, drawing: Path | None, comments: bool, console: Console
-) -> None:
+class Files(NamedTuple):
+    """What is asked for."""
+
+    table: Path | None = None
+    drawing: Path | None = None
+    json: Path | None = None
+
+
+def run_reach(parameters: RigParameters, files: Files, comments: bool, console: Console) -> None:
     """Say how far it reaches, and write what is asked for. TendrilError says what is wrong."""
-    for file in filter(None, (table, drawing)):
+    for file in filter(None, files):
         require_file(file)
     found = reach_map(parameters)
     rest = rest_tip(parameters)
@@ -33,10 +39,14 @@ def run_reach(
         console.print(line, markup=False, soft_wrap=True, highlight=False)
     made = origin(command_line(), actuators=(parameters.actuator,), controller=parameters.controller)
     before = comment_lines(made if comments else None)
-    for path, text in ((table, partial(as_csv, found, before)), (drawing, partial(as_svg, parameters))):
-        if path is not None:
-            write(path, text())
-            console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
+    if files.table is not None:
+        write(files.table, as_csv(found, before))
+    if files.drawing is not None:
+        write(files.drawing, as_svg(parameters))
+    if files.json is not None:
+        write_json(files.json, figures(found, rest), made)
+    for path in filter(None, files):
+        console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
 
 
 def rest_tip(parameters: RigParameters) -> np.ndarray:
@@ -53,6 +63,18 @@ def described(name: str, found: Reach, rest: np.ndarray) -> list[str]:
         f"reach: x {x_min:.1f} to {x_max:.1f} mm, y {y_min:.1f} to {y_max:.1f} mm",
         f"torques: u_1 {low_1:.1f} to {high_1:.1f} mN m, u_2 {low_2:.1f} to {high_2:.1f} mN m",
     ]
+
+
+def figures(found: Reach, rest: np.ndarray) -> dict[str, object]:
+    """The same in SI units: the tip at rest, and lowest and highest of x, y, u_1 and u_2."""
+    ends = [(np.min(values, axis=(0, 1)), np.max(values, axis=(0, 1))) for values in (found.p, found.u)]
+    names = (("x", "y"), ("u_1", "u_2"))
+    spans = {
+        name: [float(low[i]), float(high[i])]
+        for pair, (low, high) in zip(names, ends, strict=True)
+        for i, name in enumerate(pair)
+    }
+    return {"rest": rest.tolist(), **spans}
 
 
 def as_csv(found: Reach, before: str = "") -> str:

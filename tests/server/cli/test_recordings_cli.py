@@ -45,7 +45,7 @@ def run(folder: Path, *arguments: object, answer: str = "", width: int = 200) ->
     if isinstance(result.exception, TendrilError):
         raise result.exception
     assert result.exit_code == 0, result.output
-    return result.output
+    return result.stdout
 
 
 def test_the_list_is_searched_by_words_and_reads_well(made: tuple[Path, Recording]) -> None:

@@ -127,7 +127,10 @@ MEASURED_WRONG = {
     "an empty cell": ("p1,x1,y1\n1,2,\n", "line 2: y1 is empty"),
     "an infinite cell": ("ID,x1,y1\n1,2,inf\n", "line 2: y1 = inf is not finite"),
     "a long row": ("p1,x1\n1,2,3\n", "line 2: 3 values, the header has 2 columns: '3' is in none"),
-    "an unknown unit": ("p1 [bar],x1,y1\n1,2,3\n", "column 'p1 [bar]' has an unknown unit (known for p1: pa, kpa)"),
+    "an unknown unit": (
+        "p1 [atm],x1,y1\n1,2,3\n",
+        "column 'p1 [atm]' has an unknown unit (known for p1: pa, kpa, mpa, mbar, bar, psi)",
+    ),
     "an unknown unit beside a known one": ("x1_feet,x1,p1\n1,2,3\n", "column 'x1_feet' has an unknown unit"),
     "a column twice": ("p1,x1,x1_mm\n1,2,3\n", "names x1 twice ('x1' and 'x1_mm')"),
     "no header": ("1,2,3\n", "has no header and 3 columns: a header is needed"),

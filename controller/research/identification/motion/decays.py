@@ -17,6 +17,10 @@ SAMPLES_MIN = 150
 """A decay of no more samples than this ends before it has come to rest, and is neither fitted nor scored."""
 
 
+FAR = 4.0
+"""No body of an arm moves by more: twice the longest [m]."""
+
+
 @dataclass(frozen=True)
 class Decay:
     """One release and what followed, n samples of every body in the file's coordinates."""
@@ -46,6 +50,7 @@ def decays_in(table: MeasuredTable, ids: str | None = None) -> list[Decay]:
         raise DataError(f"{table.path}, line {table.lines[broken[0]]:.0f}: ID = {column[broken[0]]} is not whole")
     axes = "xyz" if "z1" in table.columns else "xy"
     points = points_in(table, axes)
+    _refuse_far(table, points)
     _refuse_strangers(table, axes, points.shape[1])
     starts = [int(row) for row in np.flatnonzero(np.diff(column, prepend=np.nan) != 0)]
     _refuse_split(table, column, starts)
@@ -74,6 +79,16 @@ def _times(table: MeasuredTable, rows: slice) -> Array:
         line = table.lines[rows][back[0] + 1]
         raise DataError(f"{table.path}, line {line:.0f}: t = {t[back[0] + 1]} s does not come after {t[back[0]]} s")
     return np.asarray(t - t[0])
+
+
+def _refuse_far(table: MeasuredTable, points: Array) -> None:
+    """Millimetres without a unit would make an arm of 100 m."""
+    body, way = max(enumerate(np.ptp(points, axis=0).max(axis=-1)), key=lambda one: float(one[1]))
+    if way > FAR:
+        raise DataError(
+            f"{table.path}: body {body + 1} moves by {way:.4g} m, more than {FAR:g} m: write the unit behind the name, "
+            f"as in x{body + 1} [mm]"
+        )
 
 
 def _refuse_split(table: MeasuredTable, column: Array, starts: Sequence[int]) -> None:

@@ -239,16 +239,25 @@ def stiffness_scale(model: RodModel, omega: float) -> float:
     return scale
 
 
+def tracking_gains(body: Actuator, rate: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """K_o [N/m] and B_o [N s/m] of the offline observer, along the body and across it, that suit the moved mass.
+
+    A cantilever's first mode has a quarter of its body's.
+    """
+    moved = body.tip_load + body.mass / 4
+    return (0.0, moved * rate**2), (0.0, 2.0 * moved * rate)
+
+
 def _tracking(body: Actuator, shape: Shape, rate: float) -> Tracking:
-    """The body's frame with gains that suit the moved mass (a cantilever's first mode has it), release and scatter."""
+    """The body's frame with gains that suit the moved mass, release and scatter."""
     frame, mass, load = body.tracking, body.mass, body.tip_load
     assert frame is not None
-    moved = load + mass / 4
+    K_o, B_o = tracking_gains(body, rate)
     hold = np.exp(shape.hold + shape.slope * np.linspace(-1.0, 1.0, len(frame.arcs)))
     return frame.model_copy(
         update={
-            "K_o": (0.0, moved * rate**2),
-            "B_o": (0.0, 2.0 * moved * rate),
+            "K_o": K_o,
+            "B_o": B_o,
             "hold": tuple((hold * (mass + load) * 9.81 * frame.arcs[-1]).tolist()),
             "release": (shape.delay, float(np.exp(shape.fade))),
         }

@@ -29,10 +29,10 @@ def swinging(angle: float, bodies: int = 2, samples: int = 200) -> Decay:
 
 def test_bodies_and_decays_are_read_in_space_at_100_hz(tmp_path: Path) -> None:
     rows = "7,1,2,3,4,5,6\n7,1,2,3,4,5,9\n8,0,0,0,0,0,0\n"
-    decays = read_decays(written(tmp_path, "ID,x1,y1,z1,x2,y2,z2\n" + rows))
+    decays = read_decays(written(tmp_path, "ID,x1_mm,y1_mm,z1_mm,x2_mm,y2_mm,z2_mm\n" + rows))
     assert [one.id for one in decays] == [7, 8]
     assert decays[0].t.tolist() == [0.0, 0.01]
-    assert decays[0].points[1].tolist() == [[1, 2, 3], [4, 5, 9]]
+    assert decays[0].points[1] == pytest.approx(1e-3 * np.array([[1, 2, 3], [4, 5, 9]]))
 
 
 def test_a_time_column_and_a_plane_are_read_as_they_stand(tmp_path: Path) -> None:
@@ -52,6 +52,7 @@ def test_a_time_column_and_a_plane_are_read_as_they_stand(tmp_path: Path) -> Non
         ("ID,t,x1,y1\n1,0.1,2,3\n1,0.1,2,3\n", None, r"line 3: t = 0.1 s does not come after 0.1 s"),
         ("ID,x1,y1\n1,2,abc\n", None, r"line 2: y1 = 'abc' is not a number"),
         ("ID,x1,y1\n1,2,3\n", "4", "ID 4 is not there"),
+        ("ID,x1,y1\n1,120,3\n1,90,3\n", None, r"body 1 moves by 30 m, more than 4 m: .* as in x1 \[mm\]"),
     ],
 )
 def test_what_is_wrong_in_decays_is_said_with_column_row_and_value(
