@@ -52,7 +52,7 @@ RATIO_MAX = 1e4
 
 Rigidity = Annotated[float, Bounds(ge=1e-8, le=100.0)]
 Arc = Annotated[float, Bounds(ge=0.0, le=2.0)]
-STIFFNESS_MIN, STIFFNESS_MAX = 1e-4, 1000.0
+STIFFNESS_MIN, STIFFNESS_MAX = 1e-5, 1e4
 Stiffness = Annotated[float, Bounds(ge=STIFFNESS_MIN, le=STIFFNESS_MAX)]
 Damping = Annotated[float, Bounds(ge=0.0, le=1e3)]
 Density = Annotated[float, Bounds(ge=1e-3, le=1e3)]
@@ -155,7 +155,11 @@ class Actuator(Model):
     """For u1 and for u2 the rods between which its chamber pair acts: net torque -u on the first, +u on the second.
     0 is the clamp. ((1, 5), (5, 10)) is the other reading of the paper's "proximal, distal, and mid-chamber rod"."""
     chamber_arcs: Annotated[tuple[tuple[Arc, Arc], tuple[Arc, Arc]] | None, Q("m", "s")] = None
-    """The same by arc length, where a pair begins and ends at no middle of a rod; takes the place of `chambers`."""
+    """The same by arc length, where a pair begins and ends at no middle of a rod; takes the place of `chambers`.
+
+    With EI, and neither of both given, the halves: by rods the tip of a body by EI is millimetres off under opposed
+    torques, for any number of rods (docs/actuators.md).
+    """
     stiffening: Annotated[tuple[Stiffening, Stiffening], Q("1/Pa", "", (2,))] = (0.0, 0.0)
     """Share of k that the pressures of a chamber pair, added, give to it where the pair reaches."""
     u_max: Annotated[float, Bounds(ge=U_MAX_LEAST, le=0.2), Q("N m", "u_max")] = 0.060
@@ -175,7 +179,11 @@ class Actuator(Model):
         given = isinstance(data, dict) and data.get("EI") is not None
         found = handler({"k": UNKNOWN, "b": UNKNOWN, **data} if given else data)
         _check_stiffness(found)
-        return found.model_copy(update=_joints(found, data)) if given else found
+        if given:  # in place: pydantic's own __init__ takes no other instance
+            found.__dict__.update(_joints(found, data))
+            if not data.keys() & {"chambers", "chamber_arcs"}:
+                found.__dict__["chamber_arcs"] = halves(found.length)
+        return found
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -216,6 +224,11 @@ class Actuator(Model):
                 f"u_max = {self.u_max} N m needs {needed:.0f} Pa, above pressure_max = {self.pressure_max}"
             )
         return self
+
+
+def halves(length: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Where two pairs of chambers begin and end that share a body evenly [m]."""
+    return (0.0, length / 2), (length / 2, length)
 
 
 def by_joints(actuator: Actuator) -> Actuator:
@@ -297,5 +310,15 @@ def write_actuator(actuator: Actuator, path: Path, remark: str = "") -> None:
     path.write_text("\n".join([*lines, *tables, ""]))
 
 
+def same_body(one: Actuator, other: Actuator) -> bool:
+    """Whether both are the same arm, with whichever torques, as a rig's valves bound them."""
+    return one.model_copy(update={"u_max": other.u_max}) == other
+
+
 PRESETS = {path.stem: _read(path) for path in sorted(FOLDER.glob("*.toml"))}
 """The paper's three actuators (table "Model Parameters")."""
+
+
+def is_of_paper(actuator: Actuator) -> bool:
+    """Whether it is one of the paper's three, number for number, so that what was fitted to the paper is its own."""
+    return any(same_body(actuator, one) for one in PRESETS.values())
