@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from controller.arrays import Array
-from controller.assembly.plant_parts import bent, camera, chambers, faults
+from controller.assembly.plant_parts import bent, camera, chambers, damping_ratio, faults
 from controller.assembly.rod import NO_STIFFNESS, computable, profile, rest_bend, spread
 from controller.errors import ParameterError
 from controller.kernels.model.friction import Sheet
@@ -52,7 +52,7 @@ def _built(parameters: RigParameters) -> Cosserat:
     rod = cosserat_rod(actuator, twin)
     rest = rest_of(rod)
     return Cosserat(
-        rod=damped(rod, rest, twin),
+        rod=damped(rod, rest, twin, damping_ratio(actuator, twin)),
         motion=RodMotion(rest, np.zeros((3, n)), np.zeros((3, n))),
         forces=still(rod),
         newton=make_newton(n),
@@ -150,11 +150,11 @@ def first_frequency(rod: CosseratRod, rest: Array) -> float:
     return math.sqrt(square)
 
 
-def damped(rod: CosseratRod, rest: Array, twin: TwinParameters) -> CosseratRod:
+def damped(rod: CosseratRod, rest: Array, twin: TwinParameters, zeta: float) -> CosseratRod:
     """The rod with the damping ratio zeta in its first mode at `rest`, partly by stiffness and partly by mass."""
     omega = first_frequency(rod, rest)
     share = twin.cosserat.viscosity
-    return rod._replace(alpha=2.0 * twin.zeta * (1.0 - share) * omega, beta=2.0 * twin.zeta * share / omega)
+    return rod._replace(alpha=2.0 * zeta * (1.0 - share) * omega, beta=2.0 * zeta * share / omega)
 
 
 def pairs(parameters: RigParameters) -> Pairs:

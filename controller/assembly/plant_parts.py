@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from controller.assembly.rod import profile
+from controller.assembly.rod import build_rod, profile
+from controller.assembly.stability import slowest
 from controller.kernels.plant.camera import Camera
 from controller.kernels.plant.faults import Faults
 from controller.kernels.plant.valve import REFERENCE_PRESSURE, Chambers, PressureLoop, Valve, valve_flow
@@ -78,6 +79,11 @@ def faults(twin: TwinParameters, pneumatics: Chambers) -> Faults:
         pneumatics=pneumatics.broken,
         seed=np.array([twin.seed ^ FAULT_SEED], np.uint64),
     )
+
+
+def damping_ratio(actuator: Actuator, twin: TwinParameters) -> float:
+    """zeta of the plant's first mode: as it is given, or as b and alpha of the actuator make it."""
+    return slowest(build_rod(actuator, actuator.table_rods))[1] if twin.zeta is None else twin.zeta
 
 
 def bent(actuator: Actuator, set_curvature: tuple[float, float]) -> Actuator:

@@ -25,10 +25,22 @@ STEP_MARGIN = 0.7
 
 
 def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 0.0) -> Array:
-    """Eigenvalues (2N,) [1/s] of the chain's small motions about the pose theta (N,).
+    """Eigenvalues (2N,) [1/s] of `small_motions`, complex; Baumgarte's are not among them."""
+    return np.asarray(np.linalg.eigvals(small_motions(model, theta, K_o, B_o)))
+
+
+def slowest(model: RodModel) -> tuple[float, float]:
+    """Undamped frequency [rad/s] and damping ratio of the slowest motion about its rest."""
+    modes = natural_modes(model, model.rest)
+    s = modes[np.argmin(np.abs(modes))]
+    return float(abs(s)), float(-s.real / abs(s))
+
+
+def small_motions(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 0.0) -> Array:
+    """The chain's small motions about the pose theta (N,): rates (2N,2N) of angles off it, then of their rates.
 
     It is held by K_o [N/m] and B_o [N s/m] at all sensors: no set of fewer makes it faster. In angles alone: the
-    constraints fix x and y. Eigenvalues are complex; Baumgarte's are not among them.
+    constraints fix x and y.
     """
     J_x, J_y = centre_jacobian(model, theta)
     M = J_x.T * model.m @ J_x + J_y.T * model.m @ J_y + np.diag(model.I)
@@ -37,7 +49,7 @@ def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 
     K = hinge.T * model.k @ hinge + K_o * P.T @ P - np.diag(gravity_torque(model, theta)[1])
     B = hinge.T * model.b @ hinge + B_o * P.T @ P + model.alpha * M
     zero, one = np.zeros_like(M), np.eye(model.L.size)
-    return np.linalg.eigvals(np.block([[zero, one], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]]))
+    return np.block([[zero, one], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]])
 
 
 def move(model: RodModel, theta: Array, x: Array, state: RodState) -> None:
@@ -194,6 +206,6 @@ def stable_substeps(model: RodModel, dt: float, u_max: float = 0.0) -> int:
     if step * SUBSTEPS_MAX < dt:
         raise ParameterError(
             f"k, mass and length: the plant's fastest motion needs steps of {step:.3g} s, and {SUBSTEPS_MAX} in "
-            f"dt = {dt} s are the most"
+            f"dt = {dt} s are the most; twin.integrator = 1, the implicit step, takes any"
         )
     return math.ceil(dt / step)

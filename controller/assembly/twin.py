@@ -1,11 +1,13 @@
 """The simulated plant, from parameters to arrays."""
 
+import math
+
 import numpy as np
 
 from controller.assembly.equilibrium import ChainStatics, equilibrium
 from controller.assembly.plant_parts import bent, camera, chambers, faults
 from controller.assembly.rod import build_rod, computable, stiffest
-from controller.assembly.stability import natural_modes, sensor_places, stable_substeps
+from controller.assembly.stability import sensor_places, slowest, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load, make_work
@@ -69,11 +71,15 @@ def substeps_of(twin: TwinParameters, tightest: RodModel, dt: float, u_max: floa
 def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
     """The twin's chain: stiffness and gravity times kappa, damping given by zeta of its first mode and TWIN_BETA.
 
-    Its `compliance` maps torques in the model's units, before kappa and the torque gain.
+    Without zeta it is damped as the actuator's own, whose damping ratios kappa does not change. Its `compliance` maps
+    torques in the model's units, before kappa and the torque gain.
     """
     model = build_rod(bent(actuator, twin.set_curvature), twin.rods)
     k, g = model.k * twin.kappa * twin.stiffness_scale, model.g * twin.kappa
     rest, _ = equilibrium(ChainStatics(model.L, model.arm, model.m, k, model.bend, g), model.T_theta)
+    if twin.zeta is None:
+        pace = math.sqrt(twin.kappa)
+        return model._replace(k=k, b=model.b * pace, alpha=model.alpha * pace, g=g, rest=rest)
     loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0, g=g, rest=rest)
-    omega = float(np.abs(natural_modes(loose, rest)).min())
+    omega = slowest(loose)[0]
     return loose._replace(b=TWIN_BETA * k, alpha=max(0.0, 2.0 * twin.zeta * omega - TWIN_BETA * omega**2))

@@ -1,7 +1,7 @@
 """Any path on the twin: read, planned, run through the real tick in TRACK, measured like the paper's experiments."""
 
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from controller.research.experiments.results import ResultRow
 from controller.research.report.result_json import row_json
 from controller.schema.actuator import Actuator
 from controller.schema.fit import GAIN_NAMES
-from controller.schema.parameters import DT, RigParameters, Settings
+from controller.schema.parameters import DT, RigParameters, Settings, usual_twin
 from controller.simulation.case import Case, Setup, controller_of, settings_of
 from controller.simulation.metrics import UNITS, Window, measure
 from controller.simulation.run import for_reference, run, seeded
@@ -119,7 +119,8 @@ def track(task: TrackTask, told: ProgressCallback = no_progress) -> Tracked:
     error here: its result says why.
     """
     begin = time.perf_counter()
-    setup = task.setup
+    setup = replace(task.setup, twin=usual_twin(task.body or task.actuator, task.setup.twin))
+    task = replace(task, setup=setup)
     parameters = RigParameters(
         actuator=task.actuator,
         controller=controller_of(task.law, setup.controller),

@@ -3,12 +3,13 @@
 Live settings (`Settings`) travel in every command; the rest is fixed while a rig process runs.
 """
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field as Bounds
+from pydantic import model_validator
 
 from controller.errors import ParameterError
-from controller.schema.actuator import PRESETS, U_MAX_LEAST, Actuator
+from controller.schema.actuator import PRESETS, U_MAX_LEAST, Actuator, is_of_paper
 from controller.schema.fit import GAINS, TWIN
 from controller.schema.hardware import Hardware
 from controller.schema.layout import Model
@@ -39,6 +40,9 @@ OBSERVER_KAPPA = (1.0, 100.0)
 ObserverKappa = Annotated[float, Bounds(ge=OBSERVER_KAPPA[0], le=OBSERVER_KAPPA[1])]
 ObserverGain = Annotated[float, Bounds(ge=0.0, le=OBSERVER_GAIN_MAX)]
 ObserverDamping = Annotated[float, Bounds(ge=0.0, le=OBSERVER_DAMPING_MAX)]
+KAPPA = (0.1, 500.0)
+"""Bounds of the twin's kappa: a body of a tenth of the table's stiffness over inertia, or of 500 times as much."""
+TWIN_RODS_MAX = 100
 Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
 Set = Annotated[float, Bounds(ge=-10.0, le=10.0)]
 Share = Annotated[float, Bounds(ge=0.0, le=10.0)]
@@ -127,7 +131,7 @@ def usual_kappa(actuator: Actuator, integrator: Integrator) -> float:
 
     With the paper's RK4 it is the paper's, 1: with a faster body it would not be stable.
     """
-    fitted = integrator == Integrator.IMPLICIT and actuator in PRESETS.values()
+    fitted = integrator == Integrator.IMPLICIT and is_of_paper(actuator)
     return float(TWIN["kappa"]) if fitted else 1.0
 
 
@@ -201,21 +205,23 @@ class CosseratParameters(Model):
 class TwinParameters(Model):
     """The simulated actuator: the same static map as the model, another time scale, and honest flaws (docs/model.md).
 
-    A Cosserat plant uses them too, but for those in `ROD_ONLY`.
+    The defaults are of the paper's three; `usual_twin` has those of any other. A Cosserat plant uses them too, but for
+    those in `ROD_ONLY`.
     """
 
     plant: PlantKind = "rod"
     """A chain of rigid rods, as the model is one, or a Cosserat rod (docs/model.md)."""
     cosserat: CosseratParameters = CosseratParameters()
-    rods: Annotated[int, Bounds(ge=2, le=100), Q("1", "N")] = 14
-    integrator: Integrator = Integrator.RK4
-    """The implicit step, once a tick, simulates twice as much in the same time: what the calibration does with it."""
+    rods: Annotated[int, Bounds(ge=2, le=TWIN_RODS_MAX), Q("1", "N")] = 14
+    integrator: Integrator = Integrator.IMPLICIT
+    """One implicit step a tick takes any stiffness; RK4, in as many substeps as it needs, takes three times as long."""
     substeps: Annotated[int, Bounds(ge=1, le=20), Q("1")] = 4
     """Of RK4 in a tick, at least."""
-    kappa: Annotated[float, Bounds(ge=1.0, le=50.0), Q("1", "kappa")] = TWIN["kappa"]
+    kappa: Annotated[float, Bounds(ge=KAPPA[0], le=KAPPA[1]), Q("1", "kappa")] = TWIN["kappa"]
     """Stiffness and torque gain are scaled together: the static map stays, the first mode of P1 rises to 3.1 Hz, or to
-    3.5 Hz in small motions, in which creep and hysteresis stiffen it."""
-    zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] = TWIN["zeta"]
+    3.5 Hz in small motions, in which creep and hysteresis stiffen it. 1: the mass and stiffness of the file."""
+    zeta: Annotated[float, Bounds(ge=0.0, le=2.0), Q("1", "zeta")] | None = TWIN["zeta"]
+    """Damping ratio of the first mode; none: b and alpha as the actuator has them."""
     stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
     torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = TWIN["torque_gain"]
     """Deliberate mismatch: each pair bends the plant this much more than the model believes."""
@@ -271,8 +277,35 @@ ROD_ONLY = (
 """Of `TwinParameters` what a Cosserat plant does not use."""
 
 
+AS_IN_FILE: dict[str, Any] = {
+    "kappa": 1.0,
+    "zeta": None,
+    "torque_gain": (1.0, 1.0),
+    "set_curvature": (0.0, 0.0),
+    "creep": (0.0, 0.0),
+    "friction": 0.0,
+    "hysteresis": 0.0,
+}
+"""The twin of an actuator of which no more is known than its file says: what was fitted to the paper is not its own."""
+
+
+def usual_twin(actuator: Actuator, given: TwinParameters | None = None) -> TwinParameters:
+    """The twin of `actuator`: of the paper's three as fitted to it, of any other as its file says.
+
+    Fields of `given` that were set are kept. The chain of a file without EI is that of its table.
+    """
+    given = given or TwinParameters()
+    if is_of_paper(actuator):
+        return given
+    rods = {} if actuator.EI is not None else {"rods": min(actuator.table_rods, TWIN_RODS_MAX)}
+    own = {name: value for name, value in (AS_IN_FILE | rods).items() if name not in given.model_fields_set}
+    found = given.model_copy(update=own)
+    found.__pydantic_fields_set__.difference_update(own)
+    return found
+
+
 class RigParameters(Model):
-    """Everything a rig process is started with."""
+    """Everything a rig process is started with. What `twin` leaves out is what is usual for the body it stands for."""
 
     actuator: Actuator = PRESETS["P1"]
     controller: ControllerParameters = ControllerParameters()
@@ -289,6 +322,26 @@ class RigParameters(Model):
         So `valves.pressure_max` bounds reach, reference and observer too: a setpoint that is cut behind their back is a
         PRESSURE_MISMATCH. Raises ParameterError where no usable torque is left.
         """
+        return self._bounded(actuator)._with_usual_twin(self.body)
+
+    @property
+    def body(self) -> Actuator:
+        """The actuator that is simulated."""
+        return self.plant_actuator or self.actuator
+
+    @model_validator(mode="after")
+    def _twin_of_body(self) -> Self:
+        self.__dict__["twin"] = usual_twin(self.body, self.twin)
+        return self
+
+    def _with_usual_twin(self, before: Actuator) -> Self:
+        """The same with what was usual for `before` in the twin as it is usual for the body of now."""
+        was, now = usual_twin(before), usual_twin(self.body)
+        names = [name for name in TwinParameters.model_fields if getattr(self.twin, name) == getattr(was, name)]
+        twin = self.twin.model_copy(update={name: getattr(now, name) for name in names})
+        return self.model_copy(update={"twin": twin})
+
+    def _bounded(self, actuator: Actuator) -> Self:
         if self.hardware is None:
             return self.model_copy(update={"actuator": actuator})
         pressure_max = self.hardware.valves.pressure_max

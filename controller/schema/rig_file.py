@@ -47,7 +47,9 @@ class RigFile(Model):
 
     def parameters(self, folder: Path) -> RigParameters:
         """What a rig process is started with; actuators' files are looked for in `folder`. Raises ParameterError."""
+        actuator = self.found_actuator(folder)
         rig = RigParameters(
+            actuator=actuator,
             controller=self.controller,
             limits=self.limits,
             twin=self.twin,
@@ -55,7 +57,7 @@ class RigFile(Model):
                 motion_capture=self.motion_capture, valves=self.valves, commissioned=self._commissioned(folder)
             ),
         )
-        return rig.with_actuator(self.found_actuator(folder))
+        return rig.with_actuator(actuator)
 
     def values(self, folder: Path) -> dict[str, Any]:
         """All that it says as plain values, the actuator as it is found in `folder`. Raises ParameterError."""

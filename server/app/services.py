@@ -197,7 +197,9 @@ class Services:
         tracker = Tracker(rig, operator)
         self.runs = Runs(self.procedures, tracker, self.planner, self.automatic, self.results)
         self.history.listen(self.runs.inbox.put)
-        self.previews, self.drawings = Previews(self.planner), Drawings(state / "drawings")
+        self.modes = FirstModes(modes_file(state, self.settings.rig))
+        self.previews = Previews(self.planner, self.modes.twin_of)
+        self.drawings = Drawings(state / "drawings")
         gains = GainPresets(state / "gains.json")
         acts = Acts(self.runs, self.by_hand, self.drawings, gains.changes)
         self.macros = Macros(acts, self.procedures)
@@ -210,7 +212,6 @@ class Services:
         """First mode, another actuator, commissioning."""
         settings, rig, operator = self.settings, self.rig, self.operator
         self.outcomes = OutcomeWatch(settings, self.events)
-        self.modes = FirstModes(modes_file(settings.state, settings.rig))
         self.first_mode = FirstModeMeasurement(Parts(self.procedures, self.planner, self.modes))
         change = Change(rig, self.outcomes, self.recorder, operator, self.events, settings)
         self.allowed_places = AllowedPlaces(settings.allow_reach)

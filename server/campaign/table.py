@@ -299,7 +299,7 @@ FAULTS = (
     Fault("gains-hard", "K_I = 20 1/s, the most that the page allows", "REST within 1 s of the whip, named", 1000.0),
     Fault(
         "actuator-unbuildable",
-        "an actuator with which the twin cannot be built: at the page, then past its check",
+        "an actuator that gravity topples, so that nothing can be built with it: at the page, then past its check",
         "refused by name; past the check, the rig starts again with the one before, and the page says why",
         RESTART_MS,
     ),

@@ -22,11 +22,18 @@ from server.cli.research.commands import ActuatorName, PlantName
 from server.cli.research.commands import app as research_app
 from server.cli.rig_files import virtual_rig
 from server.cli.tokens import app as token_app
-from server.cli.typed import ObserverKappa, RecordingsFolder, commands, controller_of, refuse_given
+from server.cli.typed import (
+    ObserverKappa,
+    RecordingsFolder,
+    TwinNumbers,
+    commands,
+    controller_of,
+    refuse_given,
+)
 
 if TYPE_CHECKING:
     from controller.schema.actuator import Actuator
-    from controller.schema.parameters import ControllerParameters, PlantKind, RigParameters
+    from controller.schema.parameters import ControllerParameters, RigParameters, TwinParameters
     from server.app.ready import Addresses
 
 app = commands(no_args_is_help=True, pretty_exceptions_enable=False)
@@ -117,6 +124,7 @@ def up(
     rods: Rods = 10,
     integrator: Stepping = "implicit",
     observer_kappa: ObserverKappa = None,
+    twin: TwinNumbers = "",
     loop_gap: LoopGap = None,
     operator_timeout: OperatorTimeout = None,
     host: Host = "127.0.0.1",
@@ -133,6 +141,7 @@ def up(
     """Start rig (twin, or the devices of a rig file) and server on this machine and keep both alive."""
     from controller.realtime.settings import RigSettings
     from controller.schema.actuator import read_actuator
+    from controller.schema.twin_numbers import twin_numbers
     from server.app.up import run_up, with_last_actuator
     from server.cli.rig_files import named_rig, rig_parameters
     from server.settings import ServerSettings
@@ -158,7 +167,9 @@ def up(
         if file is not None:
             return rig_parameters(file, patience), None
         body = read_actuator(actuator or "P1")
-        found = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), patience)
+        found = _parameters(
+            body, twin_numbers(twin, plant=plant), controller_of(body, observer_kappa, rods, integrator), patience
+        )
         return (found, None) if actuator else (with_last_actuator(found, settings, observer_kappa), found)
 
     run_up(RigSettings(rig=name, log_format=log_format), parameters, settings, browser, ready)
@@ -213,6 +224,7 @@ def rig(
     rods: Rods = 10,
     integrator: Stepping = "implicit",
     observer_kappa: ObserverKappa = None,
+    twin: TwinNumbers = "",
     loop_gap: LoopGap = None,
     operator_timeout: OperatorTimeout = None,
     listen: Annotated[str, typer.Option(help="Where servers connect.")] = "tcp/127.0.0.1:7447",
@@ -225,6 +237,7 @@ def rig(
     from controller.realtime.rig import run_rig
     from controller.realtime.settings import RigSettings
     from controller.schema.actuator import read_actuator
+    from controller.schema.twin_numbers import twin_numbers
     from server.cli.rig_files import named_rig, rig_parameters
 
     _start_log("rig", log_format)
@@ -234,7 +247,8 @@ def rig(
     patience = _given(loop_gap=loop_gap, operator_timeout=operator_timeout)
     if file is None:
         body = read_actuator(actuator)
-        parameters = _parameters(body, plant, controller_of(body, observer_kappa, rods, integrator), patience)
+        numbers, observer = twin_numbers(twin, plant=plant), controller_of(body, observer_kappa, rods, integrator)
+        parameters = _parameters(body, numbers, observer, patience)
     else:
         parameters = rig_parameters(file, patience)
     link = RigSettings(rig=name, listen=listen, key_file=key_file, link_tls=link_tls, ready=ready)
@@ -336,7 +350,7 @@ def _refuse_beside_file(context: typer.Context, file: Path | None) -> None:
     """What a twin is made of comes from options, and a real rig from its file alone."""
     if file is not None:
         why = f"{file} says which actuator is driven, and by which model; change it there"
-        refuse_given(context, why, "actuator", "plant", "rods", "integrator", "observer_kappa")
+        refuse_given(context, why, "actuator", "plant", "rods", "integrator", "observer_kappa", "twin")
 
 
 def _given(**limits: float | None) -> dict[str, float]:
@@ -360,15 +374,14 @@ def _say_addresses(at: "Addresses") -> None:
 
 
 def _parameters(
-    actuator: "Actuator", plant: "PlantKind", controller: "ControllerParameters", patience: dict[str, float]
+    actuator: "Actuator", twin: "TwinParameters", controller: "ControllerParameters", patience: dict[str, float]
 ) -> "RigParameters":
     """Those of a rig, refused here rather than in the process that would run it."""
     from controller.schema.actuator import PRESETS
-    from controller.schema.parameters import RigParameters, SafetyLimits, TwinParameters
+    from controller.schema.parameters import RigParameters, SafetyLimits
     from controller.simulation.acceptance import require_built, require_running
 
     limits = SafetyLimits.model_validate(patience)
-    twin = TwinParameters(plant=plant)
     parameters = RigParameters(actuator=actuator, controller=controller, limits=limits, twin=twin)
     require = require_built if actuator in PRESETS.values() else require_running
     require(parameters)

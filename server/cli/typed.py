@@ -29,6 +29,15 @@ ObserverKappa = Annotated[
     ),
 ]
 
+TwinNumbers = Annotated[
+    str,
+    typer.Option(
+        "--twin",
+        help="Numbers of the twin, as in a rig file: kappa=12,zeta=0.2,torque_gain=[1.1,1.0] (docs model). Without "
+        "them P1 to P3 have those of the fit, another actuator what its file says.",
+    ),
+]
+
 Comments = Annotated[bool, typer.Option("--comments", help="Begin a CSV file with its origin, as lines with #.")]
 
 

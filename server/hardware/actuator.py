@@ -6,9 +6,10 @@ from pydantic import ValidationError
 
 from controller.errors import ParameterError, TendrilError, sentence
 from controller.schema.actuator import PRESETS, Actuator, parse_actuator
-from controller.schema.parameters import PlantKind, RigParameters, Settings, usual_kappa
+from controller.schema.parameters import RigParameters, Settings, usual_kappa, usual_twin
+from controller.schema.twin_numbers import twin_numbers
 from controller.system.whole_file import read_whole, set_aside, write_whole
-from server.hardware.messages import ActuatorBody
+from server.hardware.messages import ActuatorBody, PlantBody
 from server.settings import ServerSettings
 
 
@@ -42,18 +43,14 @@ def wanted_actuator(body: ActuatorBody) -> Actuator:
     return PRESETS[body.name]
 
 
-def with_plant(rig: RigParameters, plant: PlantKind) -> RigParameters:
-    """The same rig on another plant."""
-    return rig.model_copy(update={"twin": rig.twin.model_copy(update={"plant": plant})})
-
-
-def accepted_plant(plant: PlantKind, rig: RigParameters, in_force: Settings) -> str:
-    """What the rig on `plant` is called; ParameterError unless it stood and moved here."""
+def accepted_plant(body: PlantBody, rig: RigParameters, in_force: Settings) -> RigParameters:
+    """The same rig on another plant; ParameterError unless it stood and moved here."""
     from controller.simulation.acceptance import require_running  # in the planner only
 
-    wanted = with_plant(rig, plant)
+    numbers = rig.twin if body.numbers is None else usual_twin(rig.body, twin_numbers(body.numbers))
+    wanted = rig.model_copy(update={"twin": numbers.model_copy(update={"plant": body.plant})})
     require_running(wanted, in_force)
-    return described(wanted)
+    return wanted
 
 
 def with_observer_kappa(rig: RigParameters, kappa: float) -> RigParameters:

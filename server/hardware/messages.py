@@ -8,6 +8,7 @@ from controller.schema.commissioned import StepName
 from controller.schema.layout import Model
 from controller.schema.parameters import ObserverKappa, PlantKind
 from controller.schema.rig_file import SIZE_MAX, RigFile
+from controller.schema.twin_numbers import NUMBERS_MAX
 
 
 class RigFileText(Model):
@@ -47,6 +48,8 @@ class PlantBody(Model):
 
     plant: PlantKind
     """What simulates the actuator: rigid rods, as in the model, or a Cosserat rod (docs/model.md)."""
+    numbers: Annotated[str, Bounds(max_length=NUMBERS_MAX)] | None = None
+    """Numbers of the twin, as kappa=12,zeta=0.2; "" those that are usual with the actuator, null as they are."""
 
 
 class ObserverKappaBody(Model):

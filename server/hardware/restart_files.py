@@ -12,14 +12,14 @@ from pydantic import ValidationError
 
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator
-from controller.schema.parameters import PlantKind, RigParameters
+from controller.schema.parameters import RigParameters
 from controller.system.whole_file import write_whole
-from server.hardware.messages import ActuatorBody, ActuatorOutcome, PlantBody
+from server.hardware.messages import ActuatorBody, ActuatorOutcome
 
 if TYPE_CHECKING:  # `tendril up` reads requests, and needs no web framework for it
     from server.access.permit import Permit
 
-CHOICE, PLANT, RIG, OUTCOME = "actuator-choice.json", "plant.json", "rig.json", "actuator-outcome.json"
+CHOICE, RIG, OUTCOME = "actuator-choice.json", "rig.json", "actuator-outcome.json"
 """Files beside that of an actuator that was asked for, whose path names them all."""
 
 
@@ -35,11 +35,6 @@ def request_actuator(path: Path | None, actuator: Actuator, body: ActuatorBody, 
     """
     choice = body.model_dump_json(exclude_none=True)
     _write(path, {CHOICE: choice, "": actuator.model_dump_json()}, "--actuator", permit)
-
-
-def request_plant(path: Path | None, plant: PlantKind, permit: "Permit") -> None:
-    """Have the rig started on `plant`, if `permit` stands; CommandRefused where no one would do it."""
-    _write(path, {PLANT: PlantBody(plant=plant).model_dump_json()}, "--plant", permit)
 
 
 def request_rig(path: Path | None, wanted: RigParameters, permit: "Permit", option: str = "--rig FILE") -> None:
@@ -63,12 +58,6 @@ def take_rig(path: Path) -> RigParameters | None:
     """The whole rig that was asked for since the last call, if any."""
     text = _taken(path.with_name(RIG))
     return None if text is None else RigParameters.model_validate_json(text)
-
-
-def take_plant(path: Path) -> PlantKind | None:
-    """The plant that was asked for since the last call, if any."""
-    text = _taken(path.with_name(PLANT))
-    return None if text is None else PlantBody.model_validate_json(text).plant
 
 
 def take_actuator(path: Path) -> Actuator | None:

@@ -4,9 +4,9 @@ import logging
 from pathlib import Path
 
 from controller.realtime.supervisor import Started, Supervisor
-from server.hardware.actuator import described, keep, with_other_actuator, with_plant
+from server.hardware.actuator import described, keep, with_other_actuator
 from server.hardware.messages import ActuatorBody, ActuatorOutcome
-from server.hardware.restart_files import take_actuator, take_choice, take_plant, take_rig, tell_outcome
+from server.hardware.restart_files import take_actuator, take_choice, take_rig, tell_outcome
 
 log = logging.getLogger(__name__)
 
@@ -25,8 +25,6 @@ class Restarts:
             self._choice = take_choice(self._path)
             parameters = self._supervisor.settings.parameters
             self._supervisor.replace(with_other_actuator(parameters, actuator))
-        if (plant := take_plant(self._path)) is not None:
-            self._supervisor.replace(with_plant(self._supervisor.settings.parameters, plant))
         if (wanted := take_rig(self._path)) is not None:
             self._supervisor.replace(wanted)
         if (started := self._supervisor.started()) is not None:

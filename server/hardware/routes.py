@@ -54,14 +54,18 @@ async def change_actuator(body: ActuatorBody, change: GivenChange, planner: Give
 
 @router.put("/api/rig/plant", status_code=202, tags=["presets"])
 async def change_plant(body: PlantBody, change: GivenChange, planner: GivenPlanner, permit: Permitted) -> None:
-    """Start the rig again on another simulated plant; refused as another actuator is, and on hardware (409)."""
+    """Start the rig again on another simulated plant, or with other numbers of the twin.
+
+    Refused as another actuator is, and on hardware (409).
+    """
     info, in_force = change.rig.require_info(), change.operator.settings
     if not info.twin:
         raise CommandRefused("only a twin has a plant to choose, and this rig is hardware")
-    name = await planner.do(accepted_plant, body.plant, info.parameters, in_force)
+    wanted = await planner.do(accepted_plant, body, info.parameters, in_force)
     change.require_rest()
-    restart_files.request_plant(change.settings.restarts, body.plant, permit)
-    change.requested(name, name, permit)
+    restart_files.request_rig(change.settings.restarts, wanted, permit, "--plant")
+    with_numbers = f", twin: {body.numbers or 'as usual'}" if body.numbers is not None else ""
+    change.requested(described(wanted), f"{described(wanted)}{with_numbers}", permit)
 
 
 @router.put("/api/rig/observer-kappa", status_code=202, tags=["presets"])
@@ -82,10 +86,10 @@ async def change_observer_kappa(
 
 
 @router.get("/api/first-mode", tags=["presets"])
-def read_first_mode(rig: GivenRig, modes: GivenFirstModes) -> FirstModeInForce:
-    """Damping ratio and kappa of the rig's actuator, measured or assumed; 503 before the first contact."""
+async def read_first_mode(rig: GivenRig, modes: GivenFirstModes, planner: GivenPlanner) -> FirstModeInForce:
+    """Damping ratio and kappa of the rig's actuator: measured, of its file or assumed; 503 before the first contact."""
     info = rig.require_info()
-    return in_force(info.parameters, modes.of(info.parameters.actuator, plant_of(info)))
+    return await planner.do(in_force, info.parameters, modes.of(info.parameters.actuator, plant_of(info)))
 
 
 @router.post("/api/first-mode/measure", status_code=202, tags=["presets"])

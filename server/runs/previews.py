@@ -2,12 +2,13 @@
 
 import asyncio
 import uuid
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from contextlib import suppress
 from typing import Annotated
 
 from controller.arrays import Array
 from controller.errors import TendrilError
+from controller.schema.messages import RigInfo
 from controller.schema.parameters import RigParameters, Settings
 from server.http.given import given
 from server.rig.planner import Planner
@@ -21,20 +22,21 @@ IDLE = 10.0
 class Previews:
     """One preview at a time: each keeps a core busy. Of those that are told in parts as many as the planner keeps."""
 
-    def __init__(self, planner: Planner) -> None:
-        self._planner, self._turn = planner, asyncio.Lock()
+    def __init__(self, planner: Planner, twin_of: Callable[[RigInfo], RigParameters]) -> None:
+        """`twin_of` says what stands for a rig in what is foreseen."""
+        self._planner, self._twin_of, self._turn = planner, twin_of, asyncio.Lock()
         self._places = asyncio.Semaphore(planning.KEPT)
 
-    async def of(self, body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> Preview:
+    async def of(self, body: PreviewBody, rig: RigInfo, settings: Settings, u: Array) -> Preview:
         """As `planning.preview` foresees it."""
         async with self._turn:
-            return await self._planner.do(planning.preview, body, rig, settings, u)
+            return await self._planner.do(planning.preview, body, self._twin_of(rig), settings, u)
 
     async def parts(
-        self, body: PreviewBody, rig: RigParameters, settings: Settings, u: Array
+        self, body: PreviewBody, rig: RigInfo, settings: Settings, u: Array
     ) -> AsyncGenerator[PreviewPart, None]:
         """The same piece by piece, for who wants to see it come. Errors before the first piece as above."""
-        key, foreseen, place = uuid.uuid4().hex, (body, rig, settings, u), _Place(self._places)
+        key, foreseen, place = uuid.uuid4().hex, (body, self._twin_of(rig), settings, u), _Place(self._places)
         try:
             await place.take()
             async with self._turn:

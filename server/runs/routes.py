@@ -23,8 +23,7 @@ router = APIRouter()
 @router.post("/api/preview", tags=["drawings"])
 async def preview(body: PreviewBody, rig: GivenRig, operator: GivenOperator, previews: GivenPreviews) -> Preview:
     """The run that would follow now, on the twin of the connected rig, far faster than real time."""
-    parameters, settings = rig.require_info().parameters, operator.settings
-    return await previews.of(body, parameters, settings, standing(rig.newest))
+    return await previews.of(body, rig.require_info(), operator.settings, standing(rig.newest))
 
 
 @router.post(
@@ -38,8 +37,7 @@ async def preview_parts(
     body: PreviewBody, rig: GivenRig, operator: GivenOperator, previews: GivenPreviews
 ) -> StreamingResponse:
     """The same as it comes: a line of JSON for each part, the whole in the last one. Who hangs up ends it."""
-    parameters, settings = rig.require_info().parameters, operator.settings
-    parts = previews.parts(body, parameters, settings, standing(rig.newest))
+    parts = previews.parts(body, rig.require_info(), operator.settings, standing(rig.newest))
     first = await anext(parts)  # what cannot be foreseen at all is refused as ever
     return StreamingResponse(_lines(first, parts), media_type=JSON_LINES)
 

@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 from pydantic import ValidationError
 
+from controller.assembly.plant_parts import damping_ratio
 from controller.errors import ParameterError, sentence
+from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.parameters import TwinParameters
 
 
@@ -35,8 +37,8 @@ OWN = ("torque_gain",)
 """Fields that a Cosserat plant has of its own."""
 
 
-def scaled(twin: TwinParameters, text: str) -> TwinParameters:
-    """`twin` with the changes of `text` ("" for none).
+def scaled(twin: TwinParameters, text: str, body: Actuator = PRESETS["P1"]) -> TwinParameters:
+    """`twin`, of `body`, with the changes of `text` ("" for none).
 
     Raises ParameterError for an unknown or repeated key, for what is not a number, and for a plant outside the bounds
     of `TwinParameters`.
@@ -49,7 +51,8 @@ def scaled(twin: TwinParameters, text: str) -> TwinParameters:
         if change.field in changed:
             raise ParameterError(f"plant-scale: {part.strip()} changes {change.field} a second time")
         changed.add(change.field)
-        plant[change.field] = applied(plant[change.field], change, number)
+        before = damping_ratio(body, twin) if change.field == "zeta" else plant[change.field]
+        plant[change.field] = applied(before, change, number)
     try:
         return TwinParameters.model_validate(values)
     except ValidationError as error:

@@ -1336,7 +1336,9 @@ export interface paths {
     get?: never;
     /**
      * Change Plant
-     * @description Start the rig again on another simulated plant; refused as another actuator is, and on hardware (409).
+     * @description Start the rig again on another simulated plant, or with other numbers of the twin.
+     *
+     *     Refused as another actuator is, and on hardware (409).
      */
     put: operations["change_plant"];
     post?: never;
@@ -1377,7 +1379,7 @@ export interface paths {
     };
     /**
      * Read First Mode
-     * @description Damping ratio and kappa of the rig's actuator, measured or assumed; 503 before the first contact.
+     * @description Damping ratio and kappa of the rig's actuator: measured, of its file or assumed; 503 before the first contact.
      */
     get: operations["read_first_mode"];
     put?: never;
@@ -1931,6 +1933,9 @@ export interface components {
       /**
        * Chamber Arcs
        * @description The same by arc length, where a pair begins and ends at no middle of a rod; takes the place of `chambers`.
+       *
+       *     With EI, and neither of both given, the halves: by rods the tip of a body by EI is millimetres off under opposed
+       *     torques, for any number of rods (docs/actuators.md).
        */
       chamber_arcs: [[number, number], [number, number]] | null;
       /**
@@ -4063,6 +4068,11 @@ export interface components {
        * @enum {string}
        */
       plant: "rod" | "cosserat";
+      /**
+       * Numbers
+       * @description Numbers of the twin, as kappa=12,zeta=0.2; "" those that are usual with the actuator, null as they are.
+       */
+      numbers?: string | null;
     };
     /**
      * PlantNumber
@@ -4073,9 +4083,10 @@ export interface components {
       value: number;
       /**
        * Source
+       * @description Of the fit to the paper, as the actuator's file says, measured on this rig, or asked for.
        * @enum {string}
        */
-      source: "assumed" | "measured" | "given";
+      source: "assumed" | "file" | "measured" | "given";
       /**
        * Low
        * @description Of the 95 % interval; null where it was not measured.
@@ -4087,7 +4098,7 @@ export interface components {
       measured: string | null;
       /**
        * Note
-       * @description Where an assumed one comes from.
+       * @description Where an assumed one comes from, or by what of the file.
        * @default
        */
       note: string;
@@ -5101,7 +5112,7 @@ export interface components {
        *         "viscosity": 0.5
        *       },
        *       "rods": 14,
-       *       "integrator": 0,
+       *       "integrator": 1,
        *       "substeps": 4,
        *       "kappa": 39.93,
        *       "zeta": 0.352,
@@ -5261,7 +5272,7 @@ export interface components {
     };
     /**
      * RigParameters
-     * @description Everything a rig process is started with.
+     * @description Everything a rig process is started with. What `twin` leaves out is what is usual for the body it stands for.
      */
     RigParameters: {
       /**
@@ -5402,7 +5413,7 @@ export interface components {
        *         "viscosity": 0.5
        *       },
        *       "rods": 14,
-       *       "integrator": 0,
+       *       "integrator": 1,
        *       "substeps": 4,
        *       "kappa": 39.93,
        *       "zeta": 0.352,
@@ -6447,7 +6458,8 @@ export interface components {
      * TwinParameters
      * @description The simulated actuator: the same static map as the model, another time scale, and honest flaws (docs/model.md).
      *
-     *     A Cosserat plant uses them too, but for those in `ROD_ONLY`.
+     *     The defaults are of the paper's three; `usual_twin` has those of any other. A Cosserat plant uses them too, but for
+     *     those in `ROD_ONLY`.
      */
     TwinParameters: {
       /**
@@ -6489,8 +6501,8 @@ export interface components {
        */
       rods: number;
       /**
-       * @description The implicit step, once a tick, simulates twice as much in the same time: what the calibration does with it.
-       * @default 0
+       * @description One implicit step a tick takes any stiffness; RK4, in as many substeps as it needs, takes three times as long.
+       * @default 1
        */
       integrator: components["schemas"]["Integrator"];
       /**
@@ -6502,15 +6514,16 @@ export interface components {
       /**
        * Kappa
        * @description Stiffness and torque gain are scaled together: the static map stays, the first mode of P1 rises to 3.1 Hz, or to
-       *     3.5 Hz in small motions, in which creep and hysteresis stiffen it.
+       *     3.5 Hz in small motions, in which creep and hysteresis stiffen it. 1: the mass and stiffness of the file.
        * @default 39.93
        */
       kappa: number;
       /**
        * Zeta
+       * @description Damping ratio of the first mode; none: b and alpha as the actuator has them.
        * @default 0.352
        */
-      zeta: number;
+      zeta: number | null;
       /**
        * Stiffness Scale
        * @default 1

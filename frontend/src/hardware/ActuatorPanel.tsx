@@ -10,35 +10,14 @@ import { kilopascals, millimetres, plain, seconds } from "../ui/format";
 import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
 import { AskActuator } from "../operate/presets/AskActuator";
-import { presets, type ActuatorBody, type ActuatorChoice, type Plant } from "../operate/presets/presets";
+import { presets, type ActuatorChoice, type Plant, type Wanted } from "../operate/presets/presets";
+import { SimulatedBy } from "./SimulatedBy";
 import { useWhyNoRestart } from "../operate/presets/useWhyNoRestart";
 
 type Actuator = RigInfo["parameters"]["actuator"];
 const GRAM = 1e3;
 /** Longest file that is read. */
 const FILE_MAX = 400_000;
-
-/** What simulates the actuator, in the order in which it is offered. */
-const PLANTS = [
-  {
-    plant: "rod",
-    word: "Rigid rods",
-    called: "a plant of rigid rods",
-    meaning: "A finer chain of rods, of the kind that the observer has",
-  },
-  {
-    plant: "cosserat",
-    word: "Cosserat rod",
-    called: "a Cosserat rod as plant",
-    meaning: "Foreign to the observer: it stretches, shears, and pressure stiffens it",
-  },
-] as const satisfies readonly { readonly plant: Plant; word: string; called: string; meaning: string }[];
-
-/** An actuator or a plant that was chosen: said by name, asked for by its body. */
-interface Wanted {
-  readonly name: string;
-  readonly body: ActuatorBody | Plant;
-}
 
 /** The rig's actuator, and others to start it with. */
 export function ActuatorPanel() {
@@ -61,8 +40,8 @@ export function ActuatorPanel() {
   const change = async ({ name, body }: Wanted) => {
     setAsked(null);
     setChecked(name);
-    await operations.attempt(typeof body === "string" ? "Plant not changed" : "Actuator not changed", () =>
-      typeof body === "string" ? presets.plant(body) : presets.change(body),
+    await operations.attempt("plant" in body ? "Plant not changed" : "Actuator not changed", () =>
+      "plant" in body ? presets.plant(body) : presets.change(body),
     );
     setChecked(null);
   };
@@ -153,26 +132,7 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
         </FileButton>
         {waiting ? <Loader size="xs" aria-hidden /> : null}
       </div>
-      {plant === null ? null : (
-        <div className="row" role="group" aria-label="Simulated by">
-          <span className="note">Simulated by</span>
-          {PLANTS.map(({ plant: one, word, called, meaning }) => (
-            <ControlButton
-              key={one}
-              control="settings"
-              because={one === plant ? "The rig has it" : because}
-              variant="default"
-              className="actuator"
-              aria-pressed={one === plant}
-              testId={`plant-${one}`}
-              meaning={`${meaning}; the rig starts again`}
-              onClick={() => want({ name: called, body: one })}
-            >
-              {word}
-            </ControlButton>
-          ))}
-        </div>
-      )}
+      {plant === null ? null : <SimulatedBy plant={plant} because={because} want={want} />}
       {choice && choice.failure !== "" && !waiting ? (
         <p className="note" role="alert" data-testid="actuator-failure">
           {choice.failure}

@@ -23,12 +23,11 @@ TOPPLED = {
     "mass": 10.0,
     "length": 2.0,
     "table_rods": 2,
-    "k": 1.6915,
-    "rest_curvature": 50.0,
-    "gravity": (9.81, 0.0),
+    "k": 5.0,
+    "gravity": (-9.81, 0.0),
     "chambers": ((0, 1), (1, 2)),
 }
-"""The observer's model has a rest with it, the twin's has none."""
+"""Gravity topples it: neither observer nor twin has a rest."""
 
 UNASKED = Permit(None, lambda request: "")
 """For an order past the page's check."""

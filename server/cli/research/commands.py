@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 
 from controller.system.origin import command_line
-from server.cli.typed import Comments, ObserverKappa, commands, controller_of, refuse_given
+from server.cli.typed import Comments, ObserverKappa, TwinNumbers, commands, controller_of, refuse_given
 
 app = commands()
 out = Console()
@@ -34,6 +34,7 @@ def identify(
     zeta: Annotated[
         float | None, typer.Option(min=1e-3, max=1.0, help="Damping ratio of the first mode, where no decays tell it.")
     ] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
 ) -> None:
     """Fit stiffness and damping to measured data (`tendril docs identification`)."""
     from controller.research.identification.identify import IdentificationTask
@@ -41,7 +42,7 @@ def identify(
     from server.cli.research.identify import run_identify
 
     task = IdentificationTask(tuple(data), read_actuator(actuator), ids, profile, robust, zeta, command_line())
-    run_identify(task, out_file, report, out)
+    run_identify(task, out_file, report, json_file, out)
 
 
 @app.command()
@@ -153,17 +154,18 @@ def reach(
     rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
     csv: Annotated[Path | None, typer.Option(help="Write the torques and tips of a grid to this file.")] = None,
     svg: Annotated[Path | None, typer.Option(help="Write a drawing of the reach to this file.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
     comments: Comments = False,
 ) -> None:
     """How far the tip reaches: the image of all admissible torques, at rest (`tendril docs actuators`)."""
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import ControllerParameters, RigParameters
-    from server.cli.research.reach import run_reach
+    from server.cli.research.reach import Files, run_reach
 
     if csv is None:
         refuse_given(context, "is for the file of --csv", "comments")
     parameters = RigParameters(actuator=read_actuator(actuator), controller=ControllerParameters(rods=rods))
-    run_reach(parameters, csv, svg, comments, out)
+    run_reach(parameters, Files(csv, svg, json_file), comments, out)
 
 
 @app.command()
@@ -223,6 +225,7 @@ def track(
     plant_actuator: Annotated[
         str | None, typer.Option(help="What is simulated, where it is another body than the model's --actuator.")
     ] = None,
+    twin: TwinNumbers = "",
     observer_kappa: ObserverKappa = None,
     plant_scale: Annotated[
         str, typer.Option(help="Another plant: factors k, b, torque, friction, noise; added seconds delay, latency.")
@@ -248,7 +251,8 @@ def track(
     from controller.research.experiments.plant_scale import scaled
     from controller.research.track import TrackTask, require_controller
     from controller.schema.actuator import read_actuator
-    from controller.schema.parameters import TwinParameters
+    from controller.schema.parameters import usual_twin
+    from controller.schema.twin_numbers import twin_numbers
     from controller.simulation.case import Setup
     from server.cli.research.track import Wanted, run_track
 
@@ -258,7 +262,8 @@ def track(
     wish = Wish(project, frequency, velocity_feedforward, start)
     model, body = read_actuator(actuator), read_actuator(plant_actuator) if plant_actuator else None
     observing = controller_of(model, observer_kappa)
-    setup = Setup(twin=scaled(TwinParameters(plant=plant), plant_scale), controller=observing)
+    simulated = usual_twin(body or model, twin_numbers(twin, plant=plant))
+    setup = Setup(twin=scaled(simulated, plant_scale, body or model), controller=observing)
     task = TrackTask(reference, model, law, seed, wish, setup, body)
     run_track(task, Wanted(json_file, out_file, plot, comments), out)
 

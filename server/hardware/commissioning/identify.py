@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator, Tracking, parse_actuator, write_actuator
-from controller.schema.parameters import OBSERVER_KAPPA
+from controller.schema.parameters import KAPPA, OBSERVER_KAPPA
 from server.hardware.commissioning import planning
 from server.hardware.commissioning.messages import Number
 from server.hardware.commissioning.step_run import StepRun
@@ -101,13 +101,18 @@ def with_mode(result: Found, mode: MeasuredMode, kappa: float) -> Found:
     ]
     text = f"{result.text}, damping ratio {mode.zeta.value:.3f}, kappa {kappa:.0f}" if result.good else result.text
     data = {**result.data, "mode": mode.model_dump(mode="json")}
-    changes = {**result.changes, "controller.observer_kappa": within(kappa)} if result.good else result.changes
+    swings = {
+        "controller.observer_kappa": within(kappa, OBSERVER_KAPPA),
+        "twin.kappa": within(kappa, KAPPA),
+        "twin.zeta": round(mode.zeta.value, 4),
+    }
+    changes = {**result.changes, **swings} if result.good else result.changes
     return result._replace(text=text, numbers=(*result.numbers, *numbers), changes=changes, data=data)
 
 
-def within(kappa: float) -> float:
+def within(kappa: float, bounds: tuple[float, float]) -> float:
     """As a rig file may have it: within a tenth, which is less than its interval, and within the bounds."""
-    return round(min(max(kappa, OBSERVER_KAPPA[0]), OBSERVER_KAPPA[1]), 1)
+    return round(min(max(kappa, bounds[0]), bounds[1]), 1)
 
 
 def kept_mode(result: KeptResult, measured: datetime, plant: Plant) -> KeptMode | None:

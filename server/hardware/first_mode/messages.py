@@ -5,12 +5,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
-from controller.schema.actuator import Actuator
+from controller.schema.actuator import Actuator, is_of_paper
 from controller.schema.layout import Model
-from controller.schema.parameters import PlantKind, RigParameters
+from controller.schema.parameters import KAPPA, PlantKind, RigParameters, usual_twin
 
 Plant = PlantKind | Literal["hardware"]
-ASSUMED = "fit to the paper"
+FITTED = "fit to the paper"
+IN_FILE = {"zeta": "b and alpha", "kappa": "mass and stiffness"}
 """Where the twin's numbers come from that stand for what was not measured."""
 
 
@@ -67,13 +68,14 @@ class PlantNumber(Model):
     """A number of the plant that stability rests on."""
 
     value: float
-    source: Literal["assumed", "measured", "given"]
+    source: Literal["assumed", "file", "measured", "given"]
+    """Of the fit to the paper, as the actuator's file says, measured on this rig, or asked for."""
     low: float | None = None
     """Of the 95 % interval; null where it was not measured."""
     high: float | None = None
     measured: datetime | None = None
     note: str = ""
-    """Where an assumed one comes from."""
+    """Where an assumed one comes from, or by what of the file."""
 
 
 class FirstModeInForce(Model):
@@ -107,7 +109,7 @@ class FirstModeState(Model):
 def in_force(parameters: RigParameters, kept: KeptMode | None) -> FirstModeInForce:
     """The measured numbers where there are any, else the twin's."""
     numbers = {
-        name: assumed(getattr(parameters.twin, name)) if kept is None else measured(getattr(kept.mode, name), kept)
+        name: of_twin(parameters, name) if kept is None else measured(getattr(kept.mode, name), kept)
         for name in ("zeta", "kappa")
     }
     return FirstModeInForce(
@@ -118,9 +120,26 @@ def in_force(parameters: RigParameters, kept: KeptMode | None) -> FirstModeInFor
     )
 
 
-def assumed(value: float) -> PlantNumber:
-    """The twin's number."""
-    return PlantNumber(value=value, source="assumed", note=ASSUMED)
+def of_twin(parameters: RigParameters, name: str) -> PlantNumber:
+    """The twin's number `name`, "zeta" or "kappa", and where it comes from."""
+    from controller.assembly.plant_parts import damping_ratio  # not for a start of the server
+
+    twin, usual = parameters.twin, getattr(usual_twin(parameters.body), name)
+    value = damping_ratio(parameters.body, twin) if name == "zeta" else twin.kappa
+    if getattr(twin, name) != usual:
+        return PlantNumber(value=value, source="given")
+    if is_of_paper(parameters.body):
+        return PlantNumber(value=value, source="assumed", note=FITTED)
+    return PlantNumber(value=value, source="file", note=IN_FILE[name])
+
+
+def as_measured(parameters: RigParameters, kept: KeptMode | None) -> RigParameters:
+    """A rig of devices whose twin swings as they do, where that was measured; a twin's own numbers are known."""
+    if parameters.hardware is None or kept is None:
+        return parameters
+    kappa = min(max(kept.mode.kappa.value, KAPPA[0]), KAPPA[1])
+    twin = parameters.twin.model_copy(update={"zeta": kept.mode.zeta.value, "kappa": kappa})
+    return parameters.model_copy(update={"twin": twin})
 
 
 def measured(number: Interval, kept: KeptMode) -> PlantNumber:

@@ -5,10 +5,11 @@ from typing import Annotated
 
 from pydantic import TypeAdapter
 
-from controller.schema.actuator import Actuator
+from controller.schema.actuator import Actuator, same_body
 from controller.schema.messages import RigInfo
+from controller.schema.parameters import RigParameters
 from controller.system.state_file import StateFile
-from server.hardware.first_mode.messages import KeptMode, Plant
+from server.hardware.first_mode.messages import KeptMode, Plant, as_measured
 from server.http.given import given
 
 MODES_MAX = 50
@@ -24,23 +25,23 @@ class FirstModes:
 
     def of(self, actuator: Actuator, plant: Plant | None = None) -> KeptMode | None:
         """The last measurement of this very actuator on `plant`, on any without it; None before the first."""
-        body = _body(actuator)
-        return next((one for one in self._kept() if _body(one.actuator) == body and plant in (None, one.plant)), None)
+        kept = (one for one in self._kept() if same_body(one.actuator, actuator))
+        return next((one for one in kept if plant in (None, one.plant)), None)
+
+    def twin_of(self, info: RigInfo) -> RigParameters:
+        """The rig of `info` with a twin that swings as its devices were measured to, for what is foreseen."""
+        return as_measured(info.parameters, self.of(info.parameters.actuator, plant_of(info)))
 
     def keep(self, one: KeptMode) -> None:
         """Keep it in place of what was measured on the same; raises OSError where that fails."""
-        key = (_body(one.actuator), one.plant)
-        others = [kept for kept in self._kept() if (_body(kept.actuator), kept.plant) != key]
+        others = [
+            kept for kept in self._kept() if kept.plant != one.plant or not same_body(kept.actuator, one.actuator)
+        ]
         self._file.path.parent.mkdir(parents=True, exist_ok=True)
         self._file.write(_LIST.dump_json([one, *others][:MODES_MAX]))
 
     def _kept(self) -> list[KeptMode]:
         return self._file.read() or []
-
-
-def _body(actuator: Actuator) -> Actuator:
-    """What swings: with whichever torques, as a rig's valves bound them."""
-    return actuator.model_copy(update={"u_max": Actuator.model_fields["u_max"].default})
 
 
 def modes_file(state: Path, rig: str) -> Path:

@@ -38,7 +38,7 @@ DOORS = {
     "operate/people.py": ["request"],
     "operate/settings.py": ["change"],
     "operate/reactions.py": ["hold_left"],
-    "hardware/routes.py": ["present", "request_actuator", "request_plant", "request_rig"],
+    "hardware/routes.py": ["present", "request_actuator", "request_rig", "request_rig"],
     "operate/procedure/motion.py": ["ask", "move", "request"],
     "operate/procedure/procedure.py": ["hold_left", "request", "request", "request"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
@@ -52,7 +52,7 @@ PARTS = {
     "operator": {"request", "move", "change", "present", "stop", "hold_left"},
     "rig": {"plan", "inject", "stop", "send"},
     "link": {"command", "plan", "faults", "stop"},
-    "restart_files": {"request_actuator", "request_plant", "request_rig"},
+    "restart_files": {"request_actuator", "request_rig"},
 }
 """Names by which these parts are held, and their ways to the rig."""
 ANN, BOB = Identity("a", "ann", "operator"), Identity("b", "bob", "operator")

@@ -8,6 +8,10 @@ const RUNNING: FirstModeState = { by: "ivy", state: "running", doing: "step 2 of
 
 test("a number says whether it was measured, when and how well, or that it is assumed", () => {
   expect(numberText(ASSUMED, 2)).toBe("0.35, assumed (fit to the paper)");
+  expect(numberText({ ...ASSUMED, value: 0.19, source: "file", note: "b and alpha" }, 2)).toBe(
+    "0.19, from the actuator's file (b and alpha)",
+  );
+  expect(numberText({ ...ASSUMED, source: "given", note: "" }, 2)).toBe("0.35, given");
   expect(numberText(MEASURED, 2)).toMatch(/^0\.33 \(0\.30 to 0\.36\), measured .*2026/);
 });
 

@@ -19,10 +19,13 @@ export const firstMode = {
 export const TRAVEL = 0.1;
 export const REPEATS = 3;
 
-/** "0.33 (0.30 to 0.36), measured Nov 26, 2026", or "0.35, assumed (fit to the paper)". */
+/** "0.33 (0.30 to 0.36), measured Nov 26, 2026", "0.35, assumed (fit to the paper)", or "0.19, from ...". */
 export function numberText(number: PlantNumber, digits: number): string {
   const { value, source, low, high, measured, note } = number;
-  if (source === "assumed") return `${plain(value, digits)}, assumed${note === "" ? "" : ` (${note})`}`;
+  const why = note === "" ? "" : ` (${note})`;
+  if (source === "assumed") return `${plain(value, digits)}, assumed${why}`;
+  if (source === "file") return `${plain(value, digits)}, from the actuator's file${why}`;
+  if (source === "given") return `${plain(value, digits)}, given`;
   const when = typeof measured === "string" ? ` ${localDate(measured)}` : "";
   return `${plain(value, digits)} (${plain(low, digits)} to ${plain(high, digits)}), ${source}${when}`;
 }

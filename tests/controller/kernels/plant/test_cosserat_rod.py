@@ -117,7 +117,7 @@ def test_the_first_mode_has_the_damping_ratio_that_was_asked_for(name: str) -> N
     twin = TwinParameters(zeta=0.1, cosserat=CosseratParameters(viscosity=0.5))
     rod = cosserat_rod(PRESETS[name], twin)
     rest = rest_of(rod)
-    ringing = damped(rod, rest, twin)
+    ringing = damped(rod, rest, twin, 0.1)
     tip = tip_course(ringing, struck(ringing, 1e-3), 1.0, 1e-3)[0][:, 1]
     peaks = np.flatnonzero((tip[1:-1] > tip[:-2]) & (tip[1:-1] >= tip[2:])) + 1
     decrement = math.log(tip[peaks[0]] / tip[peaks[1]])

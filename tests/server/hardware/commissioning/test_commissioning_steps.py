@@ -201,7 +201,8 @@ def test_decays_hand_their_mode_on_to_identify_and_without_one_say_why() -> None
     kappa = {one.name: one for one in with_mode.numbers}["kappa"]
     kept = identify.mode_in(result(with_mode.text, data=with_mode.data))
     assert kept is not None and kept.kappa.value == 40.0 and kept.zeta == mode.zeta
-    assert with_mode.changes == found.changes | {"controller.observer_kappa": 40.0}
+    swings = {"controller.observer_kappa": 40.0, "twin.kappa": 40.0, "twin.zeta": 0.11}
+    assert with_mode.changes == found.changes | swings
     assert identify.with_mode(found, mode, 0.3).changes["controller.observer_kappa"] == 1.0, "as a rig file may have it"
     poor = found._replace(good=False)
     assert identify.with_mode(poor, mode, 40.0).changes == poor.changes
