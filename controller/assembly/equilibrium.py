@@ -38,7 +38,8 @@ def equilibrium(body: ChainStatics, T_theta: Array) -> tuple[Array, Array]:
         return theta, solve(body, theta, T_theta)
     except np.linalg.LinAlgError as error:
         raise ParameterError(
-            f"gravity = {tuple(body.g.tolist())} m/s^2: the unactuated body has no stable rest"
+            f"gravity = {tuple(body.g.tolist())} m/s^2: the unactuated body has no stable rest: it has one where it "
+            "is stiffer, shorter or lighter, or hangs"
         ) from error
 
 
