@@ -8,12 +8,14 @@ import numpy as np
 from controller.arrays import Array
 from controller.assembly.equilibrium import body_of, carrying, imbalance, settle
 from controller.assembly.stability import move, point_slopes
+from controller.kernels.model.implicit import implicit_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import RodModel, stiffened
 from controller.kernels.model.statics import Places, chosen, points_on
 from controller.kernels.observer.observer import HeldSample, Observer, attach, damp_beyond, pressurise, step_observer
 from controller.kernels.plant.twin import Twin
 from controller.realtime.compiled import compiled
+from controller.schema.modes import Integrator
 from controller.schema.parameters import SENSORS
 
 DEVIATION = 1e-6
@@ -111,8 +113,11 @@ def plant_step(twin: Twin, u: Array, used: tuple[int, ...]) -> tuple[ChainStep, 
         x, more = np.split(deviation, [2 * rods])
         move(model, theta, x, state)
         load.Q_theta[:] = balance + T_theta @ more
-        for _ in range(twin.substeps):
-            rk4_step(model, load, twin.dt / twin.substeps, state, twin.work)
+        if twin.integrator == Integrator.IMPLICIT:
+            implicit_step(model, load, twin.dt, state, twin.implicit_work)
+        else:
+            for _ in range(twin.substeps):
+                rk4_step(model, load, twin.dt / twin.substeps, state, twin.work)
         return np.concatenate([state.q[2] - theta, state.v[2]])
 
     D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
