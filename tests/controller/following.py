@@ -17,6 +17,7 @@ import numpy as np
 from controller.arrays import Rows
 from controller.assembly.statics import static_map
 from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.fit import TWIN
 from controller.schema.modes import Cause, Law, Mode, Request
 from controller.schema.parameters import ControllerParameters, Integrator, RigParameters, TwinParameters, usual_kappa
 from tests.controller.trial import Trial, true_tip
@@ -65,10 +66,9 @@ class Came(NamedTuple):
 
 
 def parameters(course: Course) -> RigParameters:
-    """The plant makes one implicit step a tick, as in a search: half the time, and the paper's rows differ by 0.7 %."""
-    twin = TwinParameters(
-        zeta=course.zeta, dead_time=course.dead_time, seed=course.seed, integrator=Integrator.IMPLICIT
-    )
+    """The plant has what was fitted to the paper, P1 in a pull as well."""
+    swings = {"zeta": course.zeta, "dead_time": course.dead_time, "seed": course.seed}
+    twin = TwinParameters.model_validate(TWIN | swings)
     controller = ControllerParameters(observer_kappa=course.observer_kappa)
     return RigParameters(actuator=ACTUATORS[course.actuator], controller=controller, twin=twin)
 
