@@ -10,6 +10,8 @@ from controller.schema.modes import Mode
 from server.health.energy_balance import EnergyBalance
 from tests.controller.trial import Trial
 
+NEXT_TO_NOTHING = 3e-3
+"""Of the energy that is stored and given back in every lap."""
 BATCH = 17
 """Ticks of one batch of telemetry at 60 a second."""
 
@@ -34,8 +36,8 @@ def fed(rows: Rows) -> EnergyBalance:
 
 
 def test_in_fast_motion_the_integrator_adds_next_to_nothing(circle: Rows) -> None:
-    assert np.ptp(circle["energy"]) > 1e-3, "it stores and gives back millijoules"
-    assert abs(fed(circle).gained) < 100e-6
+    assert np.ptp(circle["energy"]) > 40e-3, "it stores and gives back millijoules"
+    assert abs(fed(circle).gained) < NEXT_TO_NOTHING * np.ptp(circle["energy"])
 
 
 def test_an_integrator_that_adds_energy_is_seen_whenever_it_began(circle: Rows) -> None:
@@ -59,5 +61,5 @@ def test_what_a_moment_left_in_the_ledger_is_none_of_it(circle: Rows, what: str)
         rows["reseats"][at:] += 1
     else:
         rows["mode"][at - 50 : at], rows["mode"][at:] = Mode.E_STOP, Mode.VENTED
-    assert abs(fed(rows).gained) < 100e-6
+    assert abs(fed(rows).gained) < NEXT_TO_NOTHING * np.ptp(circle["energy"])
     assert math.isnan(fed(rows[: at + 5_000]).gained), "nor is it known so soon"
