@@ -9,7 +9,7 @@ KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing s
 # Where the environment forbids bytecode, every process would compile all of its libraries again: 1 to 2 s each.
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: run test check setup build chromium side-by-side quick-side-by-side lint types test-page lint-page types-page
+.PHONY: run test check setup build chromium side-by-side quick lint types test-page lint-page types-page
 .PHONY: test-python test-alone test-campaign test-quick test-browser test-long renew lock schema lines clean
 
 run:
@@ -25,10 +25,10 @@ side-by-side:
 
 # For the minute between two edits: everything but tests that start processes or keep time.
 check:
-	$(PYTHON) .ci/parts.py quick-side-by-side test-quick
+	$(PYTHON) .ci/parts.py quick
 
-quick-side-by-side:
-	$(MAKE) --no-print-directory -j3 --output-sync=target .venv/kernels test-page lint types
+quick:
+	$(MAKE) --no-print-directory -j4 --output-sync=target .venv/kernels test-page lint types test-quick
 
 setup: .venv/installed frontend/node_modules/installed server/static/index.html .venv/kernels
 
