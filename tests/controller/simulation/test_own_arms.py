@@ -1,4 +1,4 @@
-"""The twin of somebody's own actuator is that actuator: what was fitted to the paper's three is theirs alone."""
+"""The twin of a user's own actuator is that actuator: what was fitted to the paper's three is theirs alone."""
 
 import warnings
 

@@ -10,7 +10,7 @@ from controller.schema.modes import Mode
 from server.health.energy_balance import EnergyBalance
 from tests.controller.trial import Trial
 
-NEXT_TO_NOTHING = 3e-3
+NEXT_TO_NOTHING = 2.1e-3
 """Of the energy that is stored and given back in every lap."""
 BATCH = 17
 """Ticks of one batch of telemetry at 60 a second."""

@@ -37,13 +37,13 @@ def test_a_wrong_rest_does_not_bias_the_decrement(rest: float) -> None:
 
 
 @pytest.mark.parametrize("rate", RATES[::2], ids=str)
-@pytest.mark.parametrize(("count", "times", "least"), [(1, 100, 0.88), (3, 60, 0.87), (20, 10, 0.7)])
+@pytest.mark.parametrize(("count", "times", "least"), [(1, 100, 0.88), (3, 100, 0.88), (20, 10, 0.7)])
 def test_19_of_20_confidence_intervals_hold_the_true_values(
     count: int, times: int, least: float, rate: tuple[float, float, float]
 ) -> None:
     """`python -m tests.controller.coverage` asks more often, of every number that has an interval."""
     for found in decays(count, rate, times):
-        assert found.held >= least, found
+        assert least <= found.held <= (0.99 if times == 100 else 1.0), found
         assert abs(found.bias) < 5e-3, found
 
 
