@@ -29,6 +29,12 @@ def natural_modes(model: RodModel, theta: Array, K_o: float = 0.0, B_o: float = 
     return np.asarray(np.linalg.eigvals(small_motions(model, theta, K_o, B_o)))
 
 
+def undamped(model: RodModel) -> Array:
+    """Undamped angular frequencies [rad/s] of all modes about its rest (N,), the lowest first."""
+    loose = model._replace(b=np.zeros_like(model.b), alpha=0.0)
+    return np.sort(np.abs(natural_modes(loose, model.rest)))[::2]
+
+
 def slowest(model: RodModel) -> tuple[float, float]:
     """Undamped frequency [rad/s] and damping ratio of the slowest motion about its rest."""
     modes = natural_modes(model, model.rest)

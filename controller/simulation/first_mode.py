@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Array, Mask, Words
-from controller.assembly.stability import natural_modes
+from controller.assembly.stability import undamped
 from controller.assembly.twin import twin_model
 from controller.errors import ParameterError
 from controller.kernels.compiled import kernel
@@ -120,9 +120,8 @@ class _Motion(NamedTuple):
 def mode_model(parameters: RigParameters) -> ModeModel:
     """Of the chain that stands for the plant (`tendril stability`); ParameterError where it cannot be built."""
     model = twin_model(parameters.actuator, parameters.twin.model_copy(update={"kappa": 1.0}))
-    loose = model._replace(b=np.zeros_like(model.b), alpha=0.0)
     turn = model.L * np.array([-np.sin(model.rest), np.cos(model.rest)])
-    return ModeModel(float(np.abs(natural_modes(loose, model.rest)).min()), turn @ model.compliance)
+    return ModeModel(float(undamped(model)[0]), turn @ model.compliance)
 
 
 def step_torque(travel: float, parameters: RigParameters) -> float:

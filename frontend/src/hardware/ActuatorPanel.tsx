@@ -11,6 +11,7 @@ import { LiveText } from "../ui/LiveText";
 import { useService } from "../ui/services";
 import { AskActuator } from "../operate/presets/AskActuator";
 import { presets, type ActuatorChoice, type Plant, type Wanted } from "../operate/presets/presets";
+import { Choices } from "./Choices";
 import { SimulatedBy } from "./SimulatedBy";
 import { useWhyNoRestart } from "../operate/presets/useWhyNoRestart";
 
@@ -100,21 +101,13 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
   return (
     <>
       <div className="row" role="group" aria-label="Actuator">
-        {choice?.names.map((name) => (
-          <ControlButton
-            key={name}
-            control="settings"
-            because={name === current ? "The rig has it" : because}
-            variant="default"
-            className="actuator"
-            aria-pressed={name === current}
-            testId={`actuator-${name}`}
-            meaning={`Start the rig again with ${name}`}
-            onClick={() => want({ name, body: { name, toml: null } })}
-          >
-            {name}
-          </ControlButton>
-        ))}
+        <Choices
+          choices={(choice?.names ?? []).map(actuatorNamed)}
+          current={current}
+          kind="actuator"
+          because={because}
+          want={want}
+        />
         <FileButton accept=".toml" onChange={read}>
           {({ onClick }) => (
             <ControlButton
@@ -145,6 +138,13 @@ function Choice({ choice, current, plant, checked, want }: ChoiceProps) {
     </>
   );
 }
+
+const actuatorNamed = (name: string) => ({
+  id: name,
+  word: name,
+  meaning: `Start the rig again with ${name}`,
+  wanted: { name, body: { name, toml: null } },
+});
 
 /** How long this has been going on. */
 function Elapsed() {

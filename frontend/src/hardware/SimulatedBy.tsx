@@ -2,22 +2,23 @@ import { TextInput } from "@mantine/core";
 import { useState } from "react";
 import { ControlButton } from "../operate/ControlButton";
 import type { Plant, Wanted } from "../operate/presets/presets";
+import { Choices, type Choice } from "./Choices";
 
 /** What simulates the actuator, in the order in which it is offered. */
-const PLANTS = [
+const PLANTS: readonly Choice[] = [
   {
-    plant: "rod",
+    id: "rod",
     word: "Rigid rods",
-    called: "a plant of rigid rods",
-    meaning: "A finer chain of rods, of the kind that the observer has",
+    meaning: "A finer chain of rods, of the kind that the observer has; the rig starts again",
+    wanted: { name: "a plant of rigid rods", body: { plant: "rod", numbers: null } },
   },
   {
-    plant: "cosserat",
+    id: "cosserat",
     word: "Cosserat rod",
-    called: "a Cosserat rod as plant",
-    meaning: "Foreign to the observer: it stretches, shears, and pressure stiffens it",
+    meaning: "Foreign to the observer: it stretches, shears, and pressure stiffens it; the rig starts again",
+    wanted: { name: "a Cosserat rod as plant", body: { plant: "cosserat", numbers: null } },
   },
-] as const satisfies readonly { readonly plant: Plant; word: string; called: string; meaning: string }[];
+];
 
 interface Props {
   readonly plant: Plant;
@@ -34,25 +35,15 @@ export function SimulatedBy({ plant, because, want }: Props) {
     <>
       <div className="row" role="group" aria-label="Simulated by">
         <span className="note">Simulated by</span>
-        {PLANTS.map(({ plant: one, word, called, meaning }) => (
-          <ControlButton
-            key={one}
-            control="settings"
-            because={one === plant ? "The rig has it" : because}
-            variant="default"
-            className="actuator"
-            aria-pressed={one === plant}
-            testId={`plant-${one}`}
-            meaning={`${meaning}; the rig starts again`}
-            onClick={() => want({ name: called, body: { plant: one, numbers: null } })}
-          >
-            {word}
-          </ControlButton>
-        ))}
+        <Choices choices={PLANTS} current={plant} kind="plant" because={because} want={want} />
       </div>
       <div className="row" role="group" aria-label="Numbers of the twin">
+        <span className="note" aria-hidden>
+          Its numbers
+        </span>
         <TextInput
           size="xs"
+          className="grows"
           aria-label="Numbers of the twin"
           placeholder="kappa=12, zeta=0.2, friction=0.05"
           value={numbers}

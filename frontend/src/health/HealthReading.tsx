@@ -14,7 +14,12 @@ interface ReadingProps {
 }
 
 /** A number of the health strip with its grade as colour, mark and (to a screen reader) word. */
-export function HealthReading({ measure, read, shown, rate = 2, testId }: ReadingProps) {
+export function HealthReading(reading: ReadingProps) {
+  // Another measure is another reading: the number last seen of the one before is none of it.
+  return <Sampled key={reading.measure} {...reading} />;
+}
+
+function Sampled({ measure, read, shown, rate = 2, testId }: ReadingProps) {
   const value = useSampled(read, rate);
   const other = useSampled(shown ?? (() => NaN), rate);
   const alarms = usePage((page) => page.alarms);

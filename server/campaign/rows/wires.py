@@ -166,7 +166,7 @@ def uncommissioned(scene: Scene) -> Seen:
 
 
 def _refuses(scene: Scene) -> Seen:
-    """Whatever sets it in motion, in closed loop and in open loop."""
+    """All that sets it in motion, in closed loop and in open loop."""
     operator = scene.operator
     with before_the_fault():
         operator.reconnect()

@@ -11,6 +11,7 @@ from controller.schema.parameters import KAPPA, PlantKind, RigParameters, usual_
 
 Plant = PlantKind | Literal["hardware"]
 FITTED = "fit to the paper"
+GIVEN_IN_FILE = "[twin] of the rig file"
 IN_FILE = {"zeta": "b and alpha", "kappa": "mass and stiffness"}
 """Where the twin's numbers come from that stand for what was not measured."""
 
@@ -127,7 +128,7 @@ def of_twin(parameters: RigParameters, name: str) -> PlantNumber:
     twin, usual = parameters.twin, getattr(usual_twin(parameters.body), name)
     value = damping_ratio(parameters.body, twin) if name == "zeta" else twin.kappa
     if getattr(twin, name) != usual:
-        return PlantNumber(value=value, source="given")
+        return PlantNumber(value=value, source="given", note=GIVEN_IN_FILE if parameters.hardware else "")
     if is_of_paper(parameters.body):
         return PlantNumber(value=value, source="assumed", note=FITTED)
     return PlantNumber(value=value, source="file", note=IN_FILE[name])

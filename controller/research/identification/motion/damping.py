@@ -9,7 +9,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.errors import DataError
-from controller.research.identification.motion.swings import Interval, combined, fit_swing
+from controller.research.identification.motion.swings import Interval, combined, fit_swing, with_scatter
 
 RESOLUTION = 1e-4
 """Noise is taken to be at least this share of the highest displacement."""
@@ -23,9 +23,6 @@ scaled, so what the parabola misses is the same factor for all of them and leave
 
 END = 10
 """The end of a recording is its last tenth; the rest is no farther off than it still swings there."""
-
-HALVINGS = 25
-"""Of the interval for the scatter beyond the noise."""
 
 REST_NEEDS = 5
 """Peaks from which on a decay's own rest is corrected, too."""
@@ -173,7 +170,7 @@ def _common_slope(peaks: Sequence[Peaks]) -> tuple[float, Array, float]:
     slope = np.concatenate([-one.turn for one in peaks])[:, None]
     rest = np.concatenate([hot / one.s[:, None] for hot, one in zip(rows, peaks, strict=True)])[:, own_rest]
     right = np.concatenate([np.log(np.abs(one.s)) for one in peaks])
-    unknowns, scatter = _with_scatter(np.hstack([slope, np.concatenate(rows), rest]), right, _noise_share(peaks))
+    unknowns, scatter = with_scatter(np.hstack([slope, np.concatenate(rows), rest]), right, _noise_share(peaks))
     rests = np.zeros(len(peaks))
     rests[own_rest] = unknowns[1 + len(peaks) :]
     return float(unknowns[0]), rests, scatter
@@ -185,7 +182,7 @@ def _half_period(peaks: Sequence[Peaks]) -> float:
     turn = np.concatenate([one.turn for one in peaks])[:, None]
     t = np.concatenate([one.t for one in peaks])
     usual = float(np.median(np.concatenate([np.diff(one.t) for one in peaks])))
-    return float(_with_scatter(np.hstack([turn, rows]), t, usual * _noise_share(peaks))[0][0])
+    return float(with_scatter(np.hstack([turn, rows]), t, usual * _noise_share(peaks))[0][0])
 
 
 def _noise_share(peaks: Sequence[Peaks]) -> Array:
@@ -195,25 +192,3 @@ def _noise_share(peaks: Sequence[Peaks]) -> Array:
 
 def _one_hot(i: int, count: int, one: Peaks) -> Array:
     return np.tile(np.eye(count)[i], (one.s.size, 1))
-
-
-def _with_scatter(left: Array, right: Array, sigma: Array) -> tuple[Array, float]:
-    """Least squares with variances sigma^2 (n,) plus a common one: unknowns, and the common sigma.
-
-    The common variance is the smallest that lets the weighted squares fall to their expectation (Paule and Mandel).
-    """
-    freedom = right.size - int(np.linalg.matrix_rank(left))
-    low, high = 0.0, float(np.ptp(right)) + 1e-12
-    if _weighted(left, right, sigma)[1] > freedom:
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2
-            excess = _weighted(left, right, np.hypot(sigma, middle))[1] > freedom
-            low, high = (middle, high) if excess else (low, middle)
-    return _weighted(left, right, np.hypot(sigma, low))[0], low
-
-
-def _weighted(left: Array, right: Array, sigma: Array) -> tuple[Array, float]:
-    """Unknowns and sum of weighted squares."""
-    A, y = left / sigma[:, None], right / sigma
-    unknowns = np.asarray(np.linalg.lstsq(A, y)[0], np.float64)
-    return unknowns, float(np.square(y - A @ unknowns).sum())

@@ -9,7 +9,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.assembly.rod import build_rod
-from controller.assembly.stability import natural_modes
+from controller.assembly.stability import undamped
 from controller.research.identification.fit import Estimate, Fit, Misfit
 from controller.research.identification.motion.damping import Decrement, log_decrement
 from controller.research.identification.motion.rayleigh import Rayleigh, rayleigh
@@ -132,10 +132,8 @@ def main_displacement(points: Array) -> Array:
 
 def model_modes(actuator: Actuator) -> tuple[float, float]:
     """Undamped angular frequencies [rad/s] of the model's first two modes about its rest."""
-    model = build_rod(actuator, actuator.table_rods)
-    loose = model._replace(b=np.zeros_like(model.b), alpha=0.0)
-    omegas = np.sort(np.abs(natural_modes(loose, model.rest)))[::2]
-    return float(omegas[0]), float(omegas[1])
+    first, second = undamped(build_rod(actuator, actuator.table_rods))[:2]
+    return float(first), float(second)
 
 
 def _measured(found: Decrement) -> tuple[Estimate, ...]:

@@ -17,7 +17,7 @@ SAMPLES_MIN = 150
 """A decay of no more samples than this ends before it has come to rest, and is neither fitted nor scored."""
 
 
-FAR = 4.0
+WAY_MAX_M = 4.0
 """No body of an arm moves by more: twice the longest [m]."""
 
 
@@ -84,10 +84,10 @@ def _times(table: MeasuredTable, rows: slice) -> Array:
 def _refuse_far(table: MeasuredTable, points: Array) -> None:
     """Millimetres without a unit would make an arm of 100 m."""
     body, way = max(enumerate(np.ptp(points, axis=0).max(axis=-1)), key=lambda one: float(one[1]))
-    if way > FAR:
+    if way > WAY_MAX_M:
         raise DataError(
-            f"{table.path}: body {body + 1} moves by {way:.4g} m, more than {FAR:g} m: write the unit behind the name, "
-            f"as in x{body + 1} [mm]"
+            f"{table.path}: body {body + 1} moves by {way:.4g} m, more than {WAY_MAX_M:g} m: write the unit behind the "
+            f"name, as in x{body + 1} [mm]"
         )
 
 

@@ -20,8 +20,8 @@ from controller.arrays import Array
 CONFIDENCE = 0.95
 UNKNOWNS = 5
 """Of one decay."""
-HALVINGS = 60
-"""Of the interval for the variance between decays."""
+HALVINGS = 40
+"""Of the interval for the scatter beyond the noise."""
 
 
 @dataclass(frozen=True)
@@ -67,33 +67,40 @@ def fit_swing(t: Array, s: Array, zeta: float, omega_d: float) -> Swing | None:
 def combined(values: Sequence[float], variances: Sequence[float], freedom: int) -> Interval:
     """The mean of what decays say and its interval, which counts how far they differ (Hartung and Knapp 2001).
 
-    Weights are by noise and by the variance between decays (Paule and Mandel 1982); of one decay alone, by its noise.
+    Weights are by noise and by the scatter between decays; of one decay alone, by its noise.
     """
     x, v = np.array(values), np.array(variances)
     if x.size == 1:
         half = float(stats.t.ppf((1 + CONFIDENCE) / 2, freedom)) * math.sqrt(v[0])
         return Interval(float(x[0]), float(x[0]) - half, float(x[0]) + half)
-    w = 1.0 / (v + _between(x, v))
-    mean = float(w @ x / w.sum())
+    found, scatter = with_scatter(np.ones((x.size, 1)), x, np.sqrt(v))
+    mean, w = float(found[0]), 1.0 / (v + scatter**2)
     error = math.sqrt(float(w @ np.square(x - mean)) / ((x.size - 1) * w.sum()))
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, x.size - 1)) * error
     return Interval(mean, mean - half, mean + half)
 
 
-def _between(x: Array, v: Array) -> float:
-    """Variance between decays: the smallest with which the weighted squares fall to their expectation."""
+def with_scatter(left: Array, right: Array, sigma: Array) -> tuple[Array, float]:
+    """Least squares with variances sigma^2 (n,) plus a common one: unknowns, and the common sigma.
 
-    def excess(tau: float) -> bool:
-        w = 1.0 / (v + tau)
-        return bool(w @ np.square(x - w @ x / w.sum()) > x.size - 1)
+    The common variance is the smallest that lets the weighted squares fall to their expectation (Paule and Mandel
+    1982).
+    """
+    freedom = right.size - int(np.linalg.matrix_rank(left))
+    low, high = 0.0, float(np.ptp(right)) + 1e-12
+    if _weighted(left, right, sigma)[1] > freedom:
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            excess = _weighted(left, right, np.hypot(sigma, middle))[1] > freedom
+            low, high = (middle, high) if excess else (low, middle)
+    return _weighted(left, right, np.hypot(sigma, low))[0], low
 
-    low, high = 0.0, float(np.ptp(x)) ** 2 + 1e-300
-    if not excess(low):
-        return low
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if excess(middle) else (low, middle)
-    return low
+
+def _weighted(left: Array, right: Array, sigma: Array) -> tuple[Array, float]:
+    """Unknowns and sum of weighted squares."""
+    A, y = left / sigma[:, None], right / sigma
+    unknowns = np.asarray(np.linalg.lstsq(A, y)[0], np.float64)
+    return unknowns, float(np.square(y - A @ unknowns).sum())
 
 
 def _left_over(x: Array, t: Array, s: Array) -> Array:

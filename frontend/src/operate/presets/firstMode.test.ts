@@ -12,6 +12,9 @@ test("a number says whether it was measured, when and how well, or that it is as
     "0.19, from the actuator's file (b and alpha)",
   );
   expect(numberText({ ...ASSUMED, source: "given", note: "" }, 2)).toBe("0.35, given");
+  expect(numberText({ ...ASSUMED, source: "given", note: "[twin] of the rig file" }, 2)).toBe(
+    "0.35, given ([twin] of the rig file)",
+  );
   expect(numberText(MEASURED, 2)).toMatch(/^0\.33 \(0\.30 to 0\.36\), measured .*2026/);
 });
 

@@ -25,7 +25,7 @@ export function numberText(number: PlantNumber, digits: number): string {
   const why = note === "" ? "" : ` (${note})`;
   if (source === "assumed") return `${plain(value, digits)}, assumed${why}`;
   if (source === "file") return `${plain(value, digits)}, from the actuator's file${why}`;
-  if (source === "given") return `${plain(value, digits)}, given`;
+  if (source === "given") return `${plain(value, digits)}, given${why}`;
   const when = typeof measured === "string" ? ` ${localDate(measured)}` : "";
   return `${plain(value, digits)} (${plain(low, digits)} to ${plain(high, digits)}), ${source}${when}`;
 }
