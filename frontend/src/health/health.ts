@@ -123,7 +123,7 @@ export const GAUGES: Record<Measure, Gauge> = {
     meaning:
       "What the observer's integrator added in the last 10 s: stored energy minus the work of the four powers. " +
       "No value where ticks were lost or the observer was set anew meanwhile",
-    limits: { amber: 100e-6, red: 1e-3 },
+    limits: { amber: 300e-6, red: 1e-3 }, // a circle at 1 Hz is 0.1 mJ, of backward steps: sound
     show: millijoules,
   },
 };
