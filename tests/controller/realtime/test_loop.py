@@ -42,7 +42,7 @@ def test_every_tick_lies_on_the_first_grid_and_lost_slots_are_counted_not_caught
     assert np.array_equal(rows["slot"], rows["tick"] + rows["lost"])
     assert np.array_equal(rows["t_ns"] - rows["lateness_ns"], grid + rows["slot"] * PERIOD_NS)
     assert rows["lateness_ns"].min() >= 0
-    assert np.diff(rows["t_ns"]).max() >= PAUSE * 1e9
+    assert np.diff(rows["t_ns"]).max() >= 0.9 * PAUSE * 1e9, "a busy machine takes its time to stop a process"
     assert rig.operator.client.gaps == 0
 
 
