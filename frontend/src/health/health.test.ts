@@ -9,7 +9,8 @@ test("a gauge is graded by its limits, a missing value by none", () => {
     "unknown",
   ]);
   expect([0.01, 0.06, 0.2].map((time) => gradeOf("roundTrip", time))).toEqual(["good", "warning", "bad"]);
-  expect(gradeOf("ledger", -5e-3)).toBe("bad");
+  expect(gradeOf("ledger", 5e-3)).toBe("bad");
+  expect(gradeOf("ledger", -5e-3)).toBe("good");
 });
 
 test("the worst number is the one that is shown, and what is not known is not the worst", () => {

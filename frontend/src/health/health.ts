@@ -121,9 +121,10 @@ export const GAUGES: Record<Measure, Gauge> = {
   ledger: {
     name: "energy balance",
     meaning:
-      "What the observer's integrator added in the last 10 s: stored energy minus the work of the four powers. " +
+      "What the observer's integrator added in the last 10 s: stored energy minus the work of the four powers; " +
+      "less than 0 is what its steps lost, as they may. " +
       "No value where ticks were lost or the observer was set anew meanwhile",
-    limits: { amber: 300e-6, red: 1e-3 }, // a circle at 1 Hz is 0.1 mJ, of backward steps: sound
+    limits: { amber: 100e-6, red: 1e-3 },
     show: millijoules,
   },
 };
@@ -138,7 +139,8 @@ export function limitsOf(measure: Measure, alarms: AlarmLimits | null): Limits {
 export function gradeOf(measure: Measure, value: number, alarms: AlarmLimits | null = null): Grade {
   const { amber, red } = limitsOf(measure, alarms);
   if (!Number.isFinite(value)) return "unknown";
-  const beyond = (limit: number) => (isShare(measure) ? value < limit : Math.abs(value) > limit);
+  const size = measure === "ledger" ? value : Math.abs(value); // an integrator may lose energy, never add any
+  const beyond = (limit: number) => (isShare(measure) ? value < limit : size > limit);
   if (beyond(red)) return "bad";
   return beyond(amber) ? "warning" : "good";
 }
