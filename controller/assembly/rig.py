@@ -16,7 +16,9 @@ from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places, points_on
+from controller.kernels.observer.alpha_beta import AlphaBeta
 from controller.kernels.observer.observer import Observer, make_reseat_state
+from controller.kernels.observer.prediction import NOISE_VARIANCE, Prediction, reset_prediction
 from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
@@ -33,6 +35,8 @@ from controller.schema.parameters import (
 
 SAMPLES_APART_MIN = 1e-3
 """Of the fastest cameras: what is usual of the one at hand is learnt from there [s]."""
+PULL_MAX = 10.0
+"""Most force of an observer's spring over what full torque makes at the tip of a straight arm."""
 REST_TIME_MAX = 60.0
 """Longest that REST may take: what was to vent would stay under pressure [s]."""
 
@@ -51,7 +55,8 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
     require_pressure(actuator, parameters.limits)
     require_rest(actuator, controller)
     model = observer_model(actuator, controller)
-    observer = build_observer(model, controller, observer_gains_max(model, parameters))
+    gains_max, old = observer_gains_max(model, parameters), parameters.limits.measurement_old
+    observer = build_observer(model, controller, gains_max, PULL_MAX * actuator.u_max / actuator.length, old)
     state = np.zeros(1, STATE)
     state["boot"] = boot
     state["cause"] = Cause.START
@@ -131,14 +136,20 @@ def observer_gains_max(model: RodModel, parameters: RigParameters) -> tuple[floa
     return largest_gains(model._replace(k=stiffest(model, u_max)), controller.dt, u_max)
 
 
-def build_observer(model: RodModel, controller: ControllerParameters, gains_max: tuple[float, float]) -> Observer:
-    """Observer of `model` at rest; one step of its integrator a period. `gains_max` of `observer_gains_max`."""
+def build_observer(
+    model: RodModel, controller: ControllerParameters, gains_max: tuple[float, float], pull_max: float, old: float
+) -> Observer:
+    """Observer of `model` at rest; one step of its integrator a period. `gains_max` of `observer_gains_max`.
+
+    No spring pulls with more than `pull_max` [N], and samples older than `old` [s] are not used.
+    """
+    own = model._replace(k=model.k.copy())
     length, rods = float(model.L.sum()), model.L.size
     state, ledger = at_rest(model), make_ledger()
     open_ledger(model, state, ledger)
     least = controller.observer_beta * model.k if controller.integrator == Integrator.IMPLICIT else 0.0
     observer = Observer(
-        model=model._replace(k=model.k.copy(), b=model.b.copy()),
+        model=own._replace(b=model.b.copy()),
         state=state,
         load=make_load(rods, SENSORS),
         integrator=int(controller.integrator),
@@ -148,17 +159,53 @@ def build_observer(model: RodModel, controller: ControllerParameters, gains_max:
         dt=controller.dt,
         damping=np.array([model.b, np.maximum(model.b, least)]),
         damped=np.array([rods]),
+        pull_max=pull_max,
         gain_max=np.array(gains_max),
         dead_time=np.zeros((round(controller.dead_time / controller.dt) + 1, 2)),
         head=np.zeros(1, np.int64),
         lag=controller.pneumatic_lag,
         u_hat=np.zeros(2),
+        level_hat=np.zeros(2),
+        torque=np.zeros(2),
         level=np.zeros(2),
         soft=model.k,
         sensors=sensor_places(model),
         backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
         points=np.zeros((SENSORS, 2)),
         seat=make_reseat_state(rods, SENSORS),
+        predicts=controller.carry_on and controller.predict,
+        prediction=no_prediction(own, round(old / controller.dt) + 2),
     )
     points_on(observer.state.q, observer.sensors, observer.points)
+    reset_prediction(observer.state, observer.sensors, observer.prediction)
     return observer
+
+
+def no_prediction(model: RodModel, ticks: int) -> Prediction:
+    """Before the first sample; samples may be up to `ticks` old. `model`, the observer's, shares its stiffness."""
+    p, v, points, middle, velocity = np.zeros((5, SENSORS, 2))
+    return Prediction(
+        model=model,
+        state=at_rest(model),
+        load=make_load(model.L.size),
+        points=points,
+        middle=middle,
+        velocity=velocity,
+        trail=np.zeros((ticks, SENSORS, 2)),
+        newest=np.zeros(1, np.int64),
+        off=no_points(),
+        alone=no_points(),
+        taken_ns=np.zeros(SENSORS, np.int64),
+        lasting=np.zeros(SENSORS, np.int64),
+        sample_ns=np.zeros(1, np.int64),
+        before=np.zeros((3, SENSORS, 2)),
+        noise=np.full(SENSORS, NOISE_VARIANCE[1]),
+        p=p,
+        v=v,
+    )
+
+
+def no_points() -> AlphaBeta:
+    """Before the first sample."""
+    x, rate = np.zeros((2, SENSORS, 2))
+    return AlphaBeta(x, rate, np.full(SENSORS, NOISE_VARIANCE[1]))

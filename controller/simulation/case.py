@@ -22,16 +22,26 @@ BY_THE_LETTER: dict[str, Any] = {
     "weak_ratio": 0.0,
     "weak_ratio_live": 0.0,
     "carry_on": False,
+    "measured_torques": False,
     "feedback_lag": 0.0,
     "full_gains_from": 0.0,
     "observer_beta": 0.0,
     "observer_kappa": 1.0,
     "integrator": Integrator.RK4,
 }
-"""What of ControllerParameters that changes: feedback that never fades, a held marker, undamped hinges, the table's
-inertia, ode4."""
+"""What of ControllerParameters that changes: feedback that never fades, a held marker, believed pressures, undamped
+hinges, the table's inertia, ode4."""
+REPEATING = Settings(K_FF=(GAINS["K_FF"],) * 2)
+"""The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
+SPRINGS: dict[str, Any] = {"K_o": (100.0, 100.0), "B_o": (0.0, 0.0)}
+"""What of Settings the paper's observer has (paper, "Dynamic observer")."""
+FITTED = ControllerParameters(predict=False, measured_torques=False)
+"""The controller with which the twin was fitted to the paper: of a marker's motion and of the pressures its observer
+knows what the paper's does, or little more."""
 SENSED = {"rod6": 1 << 5, "rod10": 1 << 9, "rod6+10": 1 << 5 | 1 << 9}
 """Task 4's choices of sensors, as bits of `Settings.sensed`; all under FF+PI."""
+
+FITTED_GAINS = REPEATING.model_copy(update=SPRINGS)
 
 
 @dataclass(frozen=True)
@@ -49,8 +59,8 @@ class Setup:
     """What all runs of a reproduction share: the plant, the controller's numbers, one set of gains."""
 
     twin: TwinParameters = field(default_factory=TwinParameters)
-    controller: ControllerParameters = field(default_factory=ControllerParameters)
-    gains: Settings = field(default_factory=lambda: Settings(K_FF=(GAINS["K_FF"],) * 2))
+    controller: ControllerParameters = FITTED
+    gains: Settings = FITTED_GAINS
 
 
 @dataclass(frozen=True)
@@ -101,5 +111,5 @@ def settings_of(case: Case, gains: Settings) -> Settings:
     """`gains` under the law and sensors of `case`."""
     if case.law not in (known := (*LAWS, *SENSED, LETTER)):
         raise DataError(f"law = {case.law!r} is none of {', '.join(known)}")
-    law = LAWS.get(case.law, Law.FF_PI)
-    return gains.model_copy(update={"law": law, "sensed": SENSED.get(case.law, gains.sensed)})
+    law, springs = LAWS.get(case.law, Law.FF_PI), SPRINGS if case.law == LETTER else {}
+    return gains.model_copy(update={"law": law, "sensed": SENSED.get(case.law, gains.sensed)} | springs)

@@ -111,7 +111,7 @@ def estimate() -> None:
     settings = given.command["settings"]
     begin_tick(1, control)
     sense(observer, 1, settings, given.measurement, control, sensing)
-    observe(sensing, settings, 1, control.state[0], observer)
+    observe(1, settings, given.measurement, 1, sensing, control, observer)
     report_estimate(control, sensing, 1, given.measurement, observer, given.telemetry)
 
 
@@ -166,7 +166,7 @@ def beside() -> None:
     model, state, work = observer.model, observer.state, observer.implicit_work
     meet_hinges(model, state.q, state.v, work)
     run = Replay(model, state, observer.load, work, observer.sensors, model.rest, np.ones(2), 1e-3)
-    samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), 0.05, np.zeros(1))
+    samples = RecordedSamples(nothing, nothing, np.ones(1, np.int64), 0.05)
     replay(0, samples, run, np.zeros((1, observer.points.shape[0], 2)))
     out_of_balance(control.smap.statics.body, 0.0, 0.0, control.scratch)
     mode_response(np.zeros(2), 1.0, 0.1, 0.0, 1e-3)

@@ -60,5 +60,5 @@ def _swing(actuator: Actuator, u: Array, samples: int) -> Array:
     nothing = np.zeros((samples, u.size, 2))
     ticks = np.full(samples, 10 * SUBSTEPS, np.int64)
     out = np.empty_like(nothing)
-    replay(0, RecordedSamples(nothing, nothing, ticks, 0.0, np.zeros(1)), run, out)
+    replay(0, RecordedSamples(nothing, nothing, ticks, 0.0), run, out)
     return out

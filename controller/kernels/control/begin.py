@@ -8,7 +8,7 @@ import math
 
 from controller.arrays import Pair, Record
 from controller.kernels.compiled import kernel
-from controller.kernels.control.task_space import through_sensitivity
+from controller.kernels.control.task_space import through_sensitivity, update_sensitivity
 from controller.kernels.memory import Control
 from controller.kernels.model.polygon import nearest_admissible
 from controller.kernels.model.statics import static_tip
@@ -29,7 +29,7 @@ def begin(settings: Record, telemetry: Record, control: Control) -> None:
 
     The inverse is that of the least change of torque: straight, an arm has two for each tip beside it, and noise would
     choose. Under a law that feeds nothing back, without a marker, or while the arm swings, the reference stays the
-    static tip of the torques in force. Not in the paper. In place: control.state.
+    static tip of the torques in force. Not in the paper. In place: control.
     """
     state, smap = control.state[0], control.smap
     if not state.begins or not feeds_back(settings) or state.used == 0 or speed_of(control.v) > STILL:
@@ -37,6 +37,7 @@ def begin(settings: Record, telemetry: Record, control: Control) -> None:
     x, y = tip_fed_back(state.used, telemetry)
     if math.hypot(x - state.p_ref[0], y - state.p_ref[1]) < THERE:
         return
+    update_sensitivity(control)
     u_1, u_2 = state.u_ff
     for _ in range(STEPS):
         d_1, d_2 = through_sensitivity(control, x - state.p_ref[0], y - state.p_ref[1])

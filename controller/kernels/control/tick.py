@@ -34,10 +34,10 @@ def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: R
     bit for bit. In place: rig.
     """
     control, observer, sensing = rig.control, rig.observer, rig.sensing
-    settings, state = command.settings, control.state[0]
+    settings = command.settings
     periods = begin_tick(t_ns, control)
     sense(observer, t_ns, settings, measurement, control, sensing)
-    observe(sensing, settings, periods, state, observer)
+    observe(t_ns, settings, measurement, periods, sensing, control, observer)
     report_estimate(control, sensing, t_ns, measurement, observer, out_telemetry)
     note_residual(out_telemetry.residual, control)
     reseat(sensing, control, observer, out_telemetry)

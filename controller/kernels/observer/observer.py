@@ -1,20 +1,21 @@
 """The dynamic observer: the rod model, driven by the sent torques and pulled to the markers by virtual forces."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from controller.arrays import Array, Record, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.group import Group
-from controller.kernels.memory import Sensing
+from controller.kernels.memory import Control, Sensing
 from controller.kernels.model.energy import Ledger, bent_energy, ledger_step, open_ledger
 from controller.kernels.model.implicit import ImplicitWork, book_implicit_step, implicit_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.pneumatics import delay, first_order_lag
 from controller.kernels.model.rod import Load, RodModel, RodState, Work, stiffened
 from controller.kernels.model.statics import Places, points_on, pose
+from controller.kernels.observer.prediction import Prediction, foresee, learn, predict, reset_prediction
+from controller.kernels.safety.chamber_watch import chambers_broken
 from controller.schema.modes import Integrator
 
 TIP = 1 << 9
@@ -63,6 +64,8 @@ class Observer(Group):
     """Of the hinges: the actuator's own, and that beyond the last sensed point (2,N) [N m s/rad]."""
     damped: Words
     """(1,) the rod that holds the last sensed point; N for none."""
+    pull_max: float
+    """Most that one spring pulls with [N]."""
     gain_max: Array
     """(2,) most K_o [N/m] and B_o [N s/m] with which the integrator is stable, see `stability.largest_gains`."""
     dead_time: Array
@@ -72,9 +75,13 @@ class Observer(Group):
     lag: float
     """Time constant of the chambers [s]."""
     u_hat: Array
-    """Torques that act on the model (2,) [N m]."""
+    """What of the sent torques has come through dead time and lag (2,) [N m]."""
+    level_hat: Array
+    """Levels of the pairs' pressures with them, as of `stiffened` (2,) [N m]."""
+    torque: Array
+    """Torques that act on the model (2,) [N m]: those of the measured pressures, or u_hat."""
     level: Array
-    """Levels of the pairs' pressures in it, as of `stiffened` (2,) [N m]."""
+    """Levels of the pairs' pressures with them (2,) [N m]."""
     soft: Array
     """Stiffness of its hinges without pressure (N,) [N m/rad]."""
     sensors: Places
@@ -84,6 +91,9 @@ class Observer(Group):
     points: Array
     """The model's position at the sensors (10,2) [m]."""
     seat: ReseatState
+    predicts: bool
+    """Whether `prediction` says where the markers are between their samples."""
+    prediction: Prediction
 
 
 class Replay(Group):
@@ -103,14 +113,6 @@ class Replay(Group):
     dt: float
 
 
-class HeldSample(NamedTuple):
-    """One sample of a recording, with the fields of Sensing that `attach` reads."""
-
-    p: Array
-    v: Array
-    age: Array
-
-
 def make_reseat_state(rods: int, sensors: int) -> ReseatState:
     """Nothing is wrong with a chain of `rods`, tracked at `sensors` points."""
     off, cost = np.zeros((2, 1))
@@ -121,20 +123,44 @@ def make_reseat_state(rods: int, sensors: int) -> ReseatState:
 
 @kernel
 def advance_pneumatics(u1: float, u2: float, observer: Observer) -> None:
-    """Pass u [N m] through dead time and lag: the torques that act on the model now (paper, "Dynamic observer").
+    """Pass u [N m] through dead time and lag: what should act on the model now (paper, "Dynamic observer").
 
-    In place: observer.dead_time, observer.head, observer.u_hat, observer.level.
+    In place: observer.dead_time, observer.head, observer.u_hat, observer.level_hat.
     """
     late_1, late_2, observer.head[0] = delay(u1, u2, observer.head[0], observer.dead_time)
     observer.u_hat[0] = first_order_lag(observer.u_hat[0], late_1, observer.lag, observer.dt)
     observer.u_hat[1] = first_order_lag(observer.u_hat[1], late_2, observer.lag, observer.dt)
-    observer.level[0] = first_order_lag(observer.level[0], abs(late_1), observer.lag, observer.dt)
-    observer.level[1] = first_order_lag(observer.level[1], abs(late_2), observer.lag, observer.dt)
+    observer.level_hat[0] = first_order_lag(observer.level_hat[0], abs(late_1), observer.lag, observer.dt)
+    observer.level_hat[1] = first_order_lag(observer.level_hat[1], abs(late_2), observer.lag, observer.dt)
+
+
+@kernel
+def believe_torques(observer: Observer) -> None:
+    """The torques that act on the model are those that dead time and lag leave (paper, "Dynamic observer").
+
+    In place: observer.torque, observer.level.
+    """
+    for j in range(2):
+        observer.torque[j], observer.level[j] = observer.u_hat[j], observer.level_hat[j]
+
+
+@kernel
+def measure_torques(p: Array, pascal_per_torque: Array, behind: int, observer: Observer) -> None:
+    """They are those of the pressures p (4,) [Pa]; `behind` ticks before those were read a share on the way there.
+
+    Not in the paper, whose observer has no pressures. In place: observer.torque, observer.level.
+    """
+    share = 1.0 / (behind + 1.0)
+    for j in range(2):
+        torque = (p[2 * j] - p[2 * j + 1]) / pascal_per_torque[j]
+        level = (p[2 * j] + p[2 * j + 1]) / pascal_per_torque[j]
+        observer.torque[j] += share * (torque - observer.torque[j])
+        observer.level[j] += share * (level - observer.level[j])
 
 
 @kernel
 def pressurise(observer: Observer) -> None:
-    """Load of the chambers alone: Q_theta = T_theta u_hat (paper, "Parameter Estimation"), and how stiff they make it.
+    """Load of the chambers alone: Q_theta = T_theta u (paper, "Parameter Estimation"), and how stiff they make it.
 
     In place: observer.load, observer.model.k, observer.ledger.
     """
@@ -142,7 +168,7 @@ def pressurise(observer: Observer) -> None:
     if observer.model.stiffening.shape[0] > 0:
         stiffen_hinges(observer)
     for i in range(T.shape[0]):
-        load.Q_theta[i] = T[i, 0] * observer.u_hat[0] + T[i, 1] * observer.u_hat[1]
+        load.Q_theta[i] = T[i, 0] * observer.torque[0] + T[i, 1] * observer.torque[1]
 
 
 @kernel
@@ -158,21 +184,39 @@ def stiffen_hinges(observer: Observer) -> None:
 
 
 @kernel
-def attach(sensing: Sensing | HeldSample, used: int, observer: Observer | Replay) -> None:
+def attach(p: Array, v: Array, age: float, used: int, observer: Observer | Replay) -> None:
     """Hang a virtual spring on the measured point of each used sensor. Eq. OBS: paper, "Dynamic observer".
 
-    It pulls at the sensor's own point (`springs.py`) as the step goes on, so the measured point, which is the same for
-    the whole step, is that of its middle where it is carried on. In place: observer.load.springs.
+    Points p (n,2) [m] are carried on with v (n,2) [m/s] by `age` [s]. A spring pulls at the sensor's own point
+    (`springs.py`) as the step goes on, so the measured point, which is the same for the whole step, is that of its
+    middle where it is carried on. In place: observer.load.springs.
     """
-    springs, sensors, age, n = observer.load.springs, observer.sensors, sensing.age[0], 0
+    springs, sensors, n = observer.load.springs, observer.sensors, 0
     for j in range(sensors.rod.size):
         if used >> j & 1:
             springs.rod[n], springs.offset[n] = sensors.rod[j], sensors.offset[j]
             for axis in range(2):
-                springs.anchor[n, axis] = sensing.p[j, axis] + age * sensing.v[j, axis]
-                springs.rate[n, axis] = sensing.v[j, axis]
+                springs.anchor[n, axis] = p[j, axis] + age * v[j, axis]
+                springs.rate[n, axis] = v[j, axis]
             n += 1
     springs.active[0] = n
+
+
+@kernel
+def hold_back(used: int, observer: Observer) -> None:
+    """Let no spring pull with more than the arm's own torques would: a marker that comes back far off makes no whip.
+
+    Not in the paper, whose springs are weak. In place: observer.load.springs.
+    """
+    springs, n = observer.load.springs, 0
+    for j in range(observer.sensors.rod.size):
+        if used >> j & 1:
+            x, y = springs.anchor[n, 0] - observer.points[j, 0], springs.anchor[n, 1] - observer.points[j, 1]
+            pull = math.hypot(springs.K[0] * x, springs.K[1] * y)
+            if pull > observer.pull_max:
+                springs.anchor[n, 0] = observer.points[j, 0] + x * observer.pull_max / pull
+                springs.anchor[n, 1] = observer.points[j, 1] + y * observer.pull_max / pull
+            n += 1
 
 
 @kernel
@@ -193,20 +237,38 @@ def damp_beyond(used: int, observer: Observer) -> None:
 
 
 @kernel
-def observe(sensing: Sensing, settings: Record, ticks: int, state: Record, observer: Observer) -> None:
-    """Advance the observer by `ticks` periods under the torques sent last: 1, or more to catch up after a stall.
+def observe(
+    t_ns: int, settings: Record, measurement: Record, ticks: int, sensing: Sensing, control: Control, observer: Observer
+) -> None:
+    """Advance the observer to t_ns, by `ticks` periods under the torques sent last: 1, or more after a stall.
 
-    Paper, "Dynamic observer". In place: state.forget, observer.
+    Paper, "Dynamic observer". In place: control.state.forget, observer.
     """
+    dt, prediction, state = observer.dt, observer.prediction, control.state[0]
+    measured = control.controller[0].measured_torques and not chambers_broken(state, control.limits[0])
     if state.forget:
         reset_observer(observer)
         state.forget = 0
     choose_gains(settings, observer)
     damp_beyond(state.used, observer)
-    for _ in range(ticks):
+    for behind in range(ticks - 1, -1, -1):
         advance_pneumatics(state.u[0], state.u[1], observer)
+        if measured:
+            measure_torques(measurement.pressures, control.pascal_per_torque, behind, observer)
+        else:
+            believe_torques(observer)
         pressurise(observer)
-        attach(sensing, state.used, observer)
+        points_on(observer.state.q, observer.sensors, observer.points)
+        if observer.predicts:
+            end_ns = t_ns - int(1e9 * behind * dt)
+            predict(dt, observer.load.Q_theta, observer.sensors, observer.implicit_work, prediction)
+            if behind == 0:
+                learn(end_ns, dt, sensing, prediction)
+            foresee(end_ns, dt, prediction)
+            attach(prediction.p, prediction.v, 0.0, state.used, observer)
+        else:
+            attach(sensing.p, sensing.v, sensing.age[0], state.used, observer)
+        hold_back(state.used, observer)
         step_observer(observer)
 
 
@@ -228,7 +290,7 @@ def step_observer(observer: Observer) -> None:
 
     Paper, "Dynamic observer", integrates the constrained model. In place: observer.
     """
-    model, state, load, u, dt = observer.model, observer.state, observer.load, observer.u_hat, observer.dt
+    model, state, load, u, dt = observer.model, observer.state, observer.load, observer.torque, observer.dt
     if observer.integrator == Integrator.IMPLICIT:
         implicit_step(model, load, dt, state, observer.implicit_work)
         book_implicit_step(model, state, load, u, dt, observer.implicit_work, observer.ledger)
@@ -265,8 +327,9 @@ def reset_observer(observer: Observer) -> None:
     if observer.model.stiffening.shape[0] > 0:
         stiffened(observer.soft, observer.model.stiffening, 0.0, 0.0, observer.model.k)
     for j in range(2):
-        observer.u_hat[j] = observer.level[j] = 0.0
+        observer.u_hat[j] = observer.level_hat[j] = observer.torque[j] = observer.level[j] = 0.0
         for slot in range(observer.dead_time.shape[0]):
             observer.dead_time[slot, j] = 0.0
     open_ledger(observer.model, observer.state, observer.ledger)
     observer.seat.stage[0], observer.seat.off[0] = 0, 0.0
+    reset_prediction(observer.state, observer.sensors, observer.prediction)

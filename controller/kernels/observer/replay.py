@@ -5,7 +5,7 @@ from controller.kernels.compiled import inlined, kernel
 from controller.kernels.group import Group
 from controller.kernels.model.implicit import implicit_step
 from controller.kernels.model.statics import points_on
-from controller.kernels.observer.observer import HeldSample, Replay, attach
+from controller.kernels.observer.observer import Replay, attach
 
 
 class RecordedSamples(Group):
@@ -19,8 +19,6 @@ class RecordedSamples(Group):
     """Steps from each sample to the next (n,)."""
     old: float
     """Age from which on a sample pulls no more [s]."""
-    age: Array
-    """Scratch (1,)."""
 
 
 @kernel
@@ -29,16 +27,14 @@ def replay(used: int, samples: RecordedSamples, run: Replay, out_points: Array) 
 
     As `sense` and `observe` do it live, a sample is carried on with its last velocity to the middle of each step.
     The estimate is the model at the very time of the sample, before the sample has pulled: samples up to the one before
-    made it. Paper, "Dynamic observer"; of recordings it says nothing. In place: run, samples.age.
+    made it. Paper, "Dynamic observer"; of recordings it says nothing. In place: run.
     """
     tick = 0
     for k in range(samples.ticks.size):
         points_on(run.state.q, run.sensors, out_points[k])
         for step in range(samples.ticks[k]):
-            samples.age[0] = step * run.dt + 0.5 * run.dt
-            attach(
-                HeldSample(samples.p[k], samples.v[k], samples.age), used if step * run.dt <= samples.old else 0, run
-            )
+            age = step * run.dt
+            attach(samples.p[k], samples.v[k], age + 0.5 * run.dt, used if age <= samples.old else 0, run)
             fade_hold(tick * run.dt, run)
             implicit_step(run.model, run.load, run.dt, run.state, run.work)
             tick += 1

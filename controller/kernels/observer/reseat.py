@@ -73,7 +73,7 @@ def wound(state: Record, sensing: Sensing, observer: Observer, control: Control,
     springs, theta = observer.load.springs, observer.state.q[2]
     if state.used == 0 or springs.K[0] + springs.K[1] == 0.0 or not sensing.fast[0] < SLOW:
         return False
-    static_pose(control.smap.statics, observer.u_hat[0], observer.u_hat[1], control.scratch)
+    static_pose(control.smap.statics, observer.torque[0], observer.torque[1], control.scratch)
     apart = 0.0
     for i in range(theta.size):
         apart = max(apart, abs(theta[i] - control.scratch.theta[i]))
@@ -86,7 +86,7 @@ def begin_fit(observer: Observer, seat: ReseatState) -> None:
     """Begin with the torques that the model believes in. Not in the paper: see `reseat`. In place: seat."""
     seat.stage[0], seat.cost[0] = 1, math.inf
     for j in range(2):
-        seat.u[j], seat.step[j] = observer.u_hat[j], 0.0
+        seat.u[j], seat.step[j] = observer.torque[j], 0.0
 
 
 @kernel
@@ -171,7 +171,7 @@ def potential(used: int, theta: Array, points: Array, sensing: Sensing, observer
 
     Not in the paper: see `reseat`. In place: control.scratch.
     """
-    u_1, u_2 = observer.u_hat[0], observer.u_hat[1]
+    u_1, u_2 = observer.torque[0], observer.torque[1]
     total = energy(under_pressure(control.smap.statics.body, u_1, u_2, control.scratch), u_1, u_2, theta)
     for j in range(points.shape[0]):
         if used >> j & 1:

@@ -13,8 +13,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from controller.research.experiments.results import ResultRow
-from controller.schema.parameters import PlantKind, Settings, TwinParameters
-from controller.simulation.case import Setup
+from controller.schema.parameters import PlantKind, TwinParameters
+from controller.simulation.case import FITTED_GAINS, Setup
 
 Key = tuple[str, str, str, str]
 Interval = tuple[float, float]
@@ -31,7 +31,7 @@ def paper_setup(plant: PlantKind = "rod") -> Setup:
     """Plant and gains of `paper_fit`."""
     fit = paper_fit(plant)
     gains = {name: (value,) * 2 for name, value in fit["gains"].items()}
-    return Setup(TwinParameters(**fit["twin"]), gains=Settings(**gains))
+    return Setup(TwinParameters(**fit["twin"]), gains=FITTED_GAINS.model_copy(update=gains))
 
 
 def with_intervals(rows: Sequence[ResultRow], setup: Setup, fit: Mapping[str, Any]) -> tuple[ResultRow, ...]:

@@ -116,4 +116,4 @@ def _samples(t: Array, p: Array) -> RecordedSamples:
     v = np.zeros_like(p)
     v[1:] = np.diff(p, axis=0) / np.diff(t)[:, None, None]
     grid = np.round(t / DT).astype(np.int64)
-    return RecordedSamples(p, v, np.diff(grid, append=grid[-1]), OLD, np.zeros(1))
+    return RecordedSamples(p, v, np.diff(grid, append=grid[-1]), OLD)

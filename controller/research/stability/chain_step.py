@@ -12,7 +12,7 @@ from controller.kernels.model.implicit import implicit_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.rod import RodModel, stiffened
 from controller.kernels.model.statics import Places, chosen, points_on
-from controller.kernels.observer.observer import HeldSample, Observer, attach, damp_beyond, pressurise, step_observer
+from controller.kernels.observer.observer import Observer, attach, damp_beyond, pressurise, step_observer
 from controller.kernels.plant.twin import Twin
 from controller.realtime.compiled import compiled
 from controller.schema.modes import Integrator
@@ -48,9 +48,9 @@ def draw(observer: Observer, used: tuple[int, ...], measured: Array, u: Array, g
     """
     springs, bits = observer.load.springs, sum(1 << sensor for sensor in used)
     springs.K[:], springs.B[:] = gains
-    attach(HeldSample(measured, np.zeros_like(measured), np.zeros(1)), bits, observer)
+    attach(measured, np.zeros_like(measured), 0.0, bits, observer)
     damp_beyond(bits, observer)
-    observer.u_hat[:], observer.level[:] = u, np.abs(u)
+    observer.torque[:], observer.level[:] = u, np.abs(u)
     pressurise(observer)
 
 
@@ -79,7 +79,7 @@ def observer_step(observer: Observer, theta: Array) -> ChainStep:
     model, springs, rods = observer.model, observer.load.springs, theta.size
     count = int(springs.active[0])
     measured, torque = springs.anchor[:count].copy(), observer.load.Q_theta.copy()
-    T_theta = model.T_theta - stiffer(model, observer.soft, theta, observer.u_hat)
+    T_theta = model.T_theta - stiffer(model, observer.soft, theta, observer.torque)
 
     def after(deviation: Array) -> Array:
         x, u, p, v = np.split(deviation, np.cumsum([2 * rods, 2, 2 * count]))
@@ -93,6 +93,28 @@ def observer_step(observer: Observer, theta: Array) -> ChainStep:
     D = slopes(after, 2 * rods + 2 + 4 * count)
     A, B_u, B_p, B_v = np.split(D, np.cumsum([2 * rods, 2, 2 * count]), axis=1)
     return ChainStep(A, B_u, B_p, B_v, by_state(model, theta, Places(springs.rod[:count], springs.offset[:count])))
+
+
+def free_step(observer: Observer, theta: Array, used: tuple[int, ...]) -> ChainStep:
+    """A tick of the model that the torques alone move, about its static pose theta (N,) under those that it has.
+
+    In place: observer.prediction.
+    """
+    prediction = observer.prediction
+    model, rods, load = prediction.model, theta.size, prediction.load
+    T_theta = model.T_theta - stiffer(model, observer.soft, theta, observer.torque)
+    balance = holding(model, theta)
+
+    def after(deviation: Array) -> Array:
+        x, more = np.split(deviation, [2 * rods])
+        move(model, theta, x, prediction.state)
+        load.Q_theta[:] = balance + T_theta @ more
+        implicit_step(model, load, observer.dt, prediction.state, observer.implicit_work)
+        return np.concatenate([prediction.state.q[2] - theta, prediction.state.v[2]])
+
+    D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
+    P = by_state(model, theta, chosen(observer.sensors, used))
+    return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, P)
 
 
 def plant_step(twin: Twin, u: Array, used: tuple[int, ...]) -> tuple[ChainStep, Array]:

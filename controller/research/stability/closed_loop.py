@@ -13,6 +13,7 @@ import numpy as np
 from scipy.sparse.linalg import ArpackError, eigs
 
 from controller.arrays import Array, Mask, Values
+from controller.kernels.observer.alpha_beta import beta_of
 from controller.research.stability.chain_step import ChainStep
 from controller.schema.parameters import Settings
 
@@ -65,6 +66,8 @@ class Timing:
     """[s]."""
     carried: bool
     """Whether the observer carries samples on."""
+    alpha: float | None
+    """Of the filter of what its model does not explain of them; None where they are carried on by themselves."""
 
 
 class ByHand(NamedTuple):
@@ -95,14 +98,23 @@ class Feedback(NamedTuple):
     """Time constant with which P follows the error [s]."""
 
 
+class Chains(NamedTuple):
+    """The three, about one pose."""
+
+    observer: ChainStep
+    """Its P is of the tip alone."""
+    free: ChainStep
+    """The observer's model that the torques alone move."""
+    plant: ChainStep
+
+
 class Loop:
     """The matrices of one pose; `growth` for any factor on the plant's torque and any more dead time."""
 
-    def __init__(self, observer: ChainStep, plant: ChainStep, law: Feedback, tip: int | None, timing: Timing) -> None:
-        """`observer.P` is of the tip alone. `tip`: which of the measured points the error is taken from; with None it
-        is the observer's tip.
-        """
-        self._observer, self._plant, self._law, self._tip, self._timing = observer, plant, law, tip, timing
+    def __init__(self, chains: Chains, law: Feedback, tip: int | None, timing: Timing) -> None:
+        """`tip`: which of the measured points the error is taken from; with None it is the observer's tip."""
+        self._observer, self._free, self._plant = chains
+        self._law, self._tip, self._timing = law, tip, timing
 
     def growth(self, factor: complex = 1.0, more_delay: int = 0) -> Growth:
         """With the torque that reaches the plant times `factor`, and later by `more_delay` ticks."""
@@ -123,18 +135,11 @@ class Loop:
         at = _places(self._sizes(more_delay))
         new = np.eye(at["end"].stop, dtype=complex if isinstance(factor, complex) else float)
         here = new.copy()
-        if k == (timing.latency + 1) % timing.period:
-            new[at["p"]] = here[at["taken"]]
-            new[at["v"]] = (here[at["taken"]] - here[at["p"]]) / (timing.period * timing.dt)
-        age = (k if k > timing.latency else k + timing.period) * timing.dt + 0.5 * timing.dt
         late = here[_slot(at, timing.observer_delay)]
         new[at["u_hat"]] += _step(timing.dt, timing.observer_lag) * (late - here[at["u_hat"]])
-        anchor = new[at["p"]] + (age * new[at["v"]] if timing.carried else 0.0)
+        p, v = self._markers(k, here, new, at)
         new[at["observer"]] = (
-            observer.A @ here[at["observer"]]
-            + observer.B_u @ new[at["u_hat"]]
-            + observer.B_p @ anchor
-            + observer.B_v @ new[at["v"]]
+            observer.A @ here[at["observer"]] + observer.B_u @ new[at["u_hat"]] + observer.B_p @ p + observer.B_v @ v
         )
         error = -self._seen(new, at)
         new[at["integral"]] = _kept(law) @ here[at["integral"]] + timing.dt * law.through @ error
@@ -151,6 +156,29 @@ class Loop:
         new[line.start : line.start + 2] = u
         return new
 
+    def _markers(self, k: int, here: Array, new: Array, at: dict[str, slice]) -> tuple[Array, Array]:
+        """Where the observer holds the markers to be in the middle of its step, and how fast (n,). In place: new."""
+        timing, free = self._timing, self._free
+        apart, arrives = timing.period * timing.dt, k == (timing.latency + 1) % timing.period
+        age = (k if k > timing.latency else k + timing.period) * timing.dt
+        if arrives:
+            new[at["p"]] = here[at["taken"]]
+        if timing.alpha is None:
+            if arrives:
+                new[at["v"]] = (here[at["taken"]] - here[at["p"]]) / apart
+            ahead = age + 0.5 * timing.dt if timing.carried else 0.0
+            return new[at["p"]] + ahead * new[at["v"]], new[at["v"]]
+        new[at["free"]] = free.A @ here[at["free"]] + free.B_u @ new[at["u_hat"]]
+        before, after = free.P @ here[at["free"]], free.P @ new[at["free"]]
+        if arrives:
+            innovation = here[at["taken"]] - here[at["free_taken"]] - here[at["off"]] - apart * here[at["v"]]
+            new[at["off"]] += apart * here[at["v"]] + timing.alpha * innovation
+            new[at["v"]] += beta_of(timing.alpha) / apart * innovation
+        if k == 0:
+            new[at["free_taken"]] = after
+        p = 0.5 * (before + after) + new[at["off"]] + (age - 0.5 * timing.dt) * new[at["v"]]
+        return p, (after - before) / timing.dt + new[at["v"]]
+
     def _seen(self, state: Array, at: dict[str, slice]) -> Array:
         """The tip, as the feedback sees it (2,n)."""
         if self._tip is None:
@@ -166,6 +194,9 @@ class Loop:
             "taken": points,
             "p": points,
             "v": points,
+            "free": self._free.A.shape[0],
+            "free_taken": points,
+            "off": points,
             "observer": self._observer.A.shape[0],
             "u_hat": 2,
             "integral": 2,

@@ -18,15 +18,17 @@ from controller.kernels.control.task_space import update_sensitivity
 from controller.kernels.control.tick import Rig
 from controller.kernels.model.polygon import admissible
 from controller.kernels.model.statics import places, points_on, static_pose
+from controller.kernels.observer.alpha_beta import ALPHA_MAX, ALPHA_MIN
 from controller.research.stability.chain_step import (
     by_state,
     draw,
+    free_step,
     largest_modulus,
     observer_step,
     plant_step,
     rest_of,
 )
-from controller.research.stability.closed_loop import LIBRARY, ByHand, Growth, Loop, Timing, feedback
+from controller.research.stability.closed_loop import LIBRARY, ByHand, Chains, Growth, Loop, Timing, feedback
 from controller.schema.modes import Integrator, RowKind
 from controller.schema.parameters import SENSORS, RigParameters, Settings
 
@@ -142,8 +144,9 @@ def every_loop(question: Question) -> Iterator[Loop]:
     told = told_of_tip(sum(1 << sensor for sensor in question.sensed), rig.control.controller[0])
     for u in grid(question.parameters, rig):
         plant, markers = plant_step(twin, u, question.sensed)
-        own_pose(rig, u)
+        own = own_pose(rig, u)
         draw(observer, question.sensed, markers, u, (question.K_o, question.B_o))
+        free = free_step(observer, own, question.sensed)
         theta = rest_of(observer)
         seen = observer_step(observer, theta)._replace(P=by_state(observer.model, theta, tip_alone))
         observer.state.q[2] = theta
@@ -151,7 +154,9 @@ def every_loop(question: Question) -> Iterator[Loop]:
         update_sensitivity(rig.control)
         S, share, weak = np.reshape(state["S"][0], (2, 2)), float(state["share"][0]), state["weak"][0]
         by_hand = LIBRARY if question.library else ByHand(controller.feedback_lag, told)
-        yield Loop(seen, plant, feedback(S, share, weak, settings, controller.epsilon, by_hand), tip, timing)
+        law = feedback(S, share, weak, settings, controller.epsilon, by_hand)
+        for one in timing:
+            yield Loop(Chains(seen, free, plant), law, tip, one)
 
 
 def grid(parameters: RigParameters, rig: Rig) -> Array:
@@ -163,14 +168,17 @@ def grid(parameters: RigParameters, rig: Rig) -> Array:
     return np.array([*inside, *polygon.corners])
 
 
-def loop_timing(parameters: RigParameters, period: int, latency: int) -> Timing:
-    """The clocks of controller and twin; ParameterError where a sample comes later than the next one is taken."""
+def loop_timing(parameters: RigParameters, period: int, latency: int) -> list[Timing]:
+    """The clocks of controller and twin, with the least and the most that the observer's filter of the markers takes.
+
+    ParameterError where a sample comes later than the next one is taken.
+    """
     controller, twin = parameters.controller, parameters.twin
     if latency >= period:
         raise ParameterError(
             f"twin.marker_latency = {twin.marker_latency:g} s: less than marker_period = {twin.marker_period:g} s"
         )
-    return Timing(
+    one = Timing(
         dt=controller.dt,
         period=period,
         latency=latency,
@@ -179,7 +187,11 @@ def loop_timing(parameters: RigParameters, period: int, latency: int) -> Timing:
         observer_lag=controller.pneumatic_lag,
         plant_lag=max(twin.inflate_time, twin.exhaust_time),
         carried=controller.carry_on,
+        alpha=None,
     )
+    if not (controller.carry_on and controller.predict):
+        return [one]
+    return [replace(one, alpha=alpha) for alpha in (ALPHA_MIN, ALPHA_MAX)]
 
 
 def margins(loops: list[Loop], dt: float) -> Margins:

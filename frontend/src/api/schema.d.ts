@@ -2487,6 +2487,20 @@ export interface components {
        */
       carry_on: boolean;
       /**
+       * Predict
+       * @description It carries a marker on with what its model does by itself, and with its last velocity only what the model does
+       *     not explain, filtered as the marker's noise asks for (ours; docs/observer.md). Off where markers are held.
+       * @default true
+       */
+      predict: boolean;
+      /**
+       * Measured Torques
+       * @description It is driven by the measured pressures for as long as nothing speaks against them (ours; paper: by what was sent,
+       *     through `dead_time` and `pneumatic_lag`).
+       * @default true
+       */
+      measured_torques: boolean;
+      /**
        * Dead Time
        * @default 0.05
        */
@@ -5041,6 +5055,8 @@ export interface components {
        *       "full_gains_from": 0.6,
        *       "least_gains": 0.25,
        *       "carry_on": true,
+       *       "predict": true,
+       *       "measured_torques": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
        *       "torque_rate_max": 0.5,
@@ -5343,6 +5359,8 @@ export interface components {
        *       "full_gains_from": 0.6,
        *       "least_gains": 0.25,
        *       "carry_on": true,
+       *       "predict": true,
+       *       "measured_torques": true,
        *       "dead_time": 0.05,
        *       "pneumatic_lag": 0.05,
        *       "torque_rate_max": 0.5,
@@ -5892,17 +5910,18 @@ export interface components {
       K_FF: [number, number];
       /**
        * K O
+       * @description Ours, with B_o; paper: 100 and 0. The markers' noise is the prediction's to take away (docs/observer.md).
        * @default [
-       *       100,
-       *       100
+       *       400,
+       *       400
        *     ]
        */
       K_o: [number, number];
       /**
        * B O
        * @default [
-       *       0,
-       *       0
+       *       0.5,
+       *       0.5
        *     ]
        */
       B_o: [number, number];

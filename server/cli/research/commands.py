@@ -189,8 +189,8 @@ def stability(
     actuator: ActuatorName = "P1",
     rods: Annotated[int, typer.Option(min=2, max=1000, help="Of the model.")] = 10,
     sense: Annotated[str, typer.Option(help="Sensors that the observer is given, 1 to 10, as in 6,10.")] = "10",
-    k_o: Annotated[float, typer.Option("--k-o", help="Stiffness of the virtual springs [N/m].")] = 100.0,
-    b_o: Annotated[float, typer.Option("--b-o", help="Damping of the virtual springs [N s/m].")] = 0.0,
+    k_o: Annotated[float, typer.Option("--k-o", help="Stiffness of the virtual springs [N/m].")] = 400.0,
+    b_o: Annotated[float, typer.Option("--b-o", help="Damping of the virtual springs [N s/m].")] = 0.5,
     integrator: Annotated[
         Literal["rk4", "implicit"], typer.Option(help="The observer's step, as of `tendril up`.")
     ] = "implicit",
@@ -253,7 +253,7 @@ def track(
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import usual_twin
     from controller.schema.twin_numbers import twin_numbers
-    from controller.simulation.case import Setup
+    from controller.simulation.case import REPEATING, Setup
     from server.cli.research.track import Wanted, run_track
 
     require_controller(controller)
@@ -263,7 +263,7 @@ def track(
     model, body = read_actuator(actuator), read_actuator(plant_actuator) if plant_actuator else None
     observing = controller_of(model, observer_kappa)
     simulated = usual_twin(body or model, twin_numbers(twin, plant=plant))
-    setup = Setup(twin=scaled(simulated, plant_scale, body or model), controller=observing)
+    setup = Setup(scaled(simulated, plant_scale, body or model), observing, REPEATING)
     task = TrackTask(reference, model, law, seed, wish, setup, body)
     run_track(task, Wanted(json_file, out_file, plot, comments), out)
 

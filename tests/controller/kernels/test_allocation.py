@@ -81,7 +81,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
     state, work, points = at_rest(model), make_implicit_work(10, 1), np.zeros((1, 2))
     at = places(model, np.array([0.1]))
     run = Replay(model, state, make_load(10, 1), work, at, np.zeros(10), np.zeros(2), 1e-3)
-    samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), 0.05, np.zeros(1))
+    samples = RecordedSamples(points[None], points[None], np.ones(1, np.int64), 0.05)
     smap, scratch = rig.control.smap, make_scratch(10)
     return {
         "tick": (1, command[0], measurement[0], status[0], rig, telemetry[0]),

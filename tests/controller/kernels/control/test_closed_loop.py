@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from controller.assembly.rig import build_rig
@@ -106,6 +107,11 @@ def figures(folder: Path, *words: str) -> dict[str, object]:
     answer = CliRunner().invoke(app, ["stability", *words, "--json", str(file)])
     assert answer.exit_code == 0, answer.output
     return json.loads(file.read_text())  # type: ignore[no-any-return]
+
+
+def test_the_command_takes_the_gains_that_a_rig_begins_with() -> None:
+    options = {one.name: one.default for one in get_command(app).commands["stability"].params}  # type: ignore[attr-defined]
+    assert (options["k_o"], options["b_o"]) == (Settings().K_o[0], Settings().B_o[0])
 
 
 def test_the_command_gives_growths_bounds_and_margins(tmp_path: Path) -> None:

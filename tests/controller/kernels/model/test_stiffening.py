@@ -17,7 +17,13 @@ from controller.kernels.control.inverse import TOLERANCE
 from controller.kernels.model.equilibrium import make_scratch, out_of_balance
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import is_linear
-from controller.kernels.observer.observer import Observer, advance_pneumatics, pressurise, step_observer
+from controller.kernels.observer.observer import (
+    Observer,
+    advance_pneumatics,
+    believe_torques,
+    pressurise,
+    step_observer,
+)
 from controller.kernels.plant.twin import twin_step
 from controller.realtime.compiled import compiled
 from controller.reference.feasible.reach import static_tips
@@ -115,6 +121,7 @@ def run(observer: Observer, u_1: float, u_2: float, ticks: int, excess: Array) -
     """Let the observer go on under u; the most by which its energy exceeds what it was given."""
     for _ in range(ticks):
         advance_pneumatics(u_1, u_2, observer)
+        believe_torques(observer)
         pressurise(observer)
         step_observer(observer)
         excess[0] = max(excess[0], observer.ledger.energy[0] - observer.ledger.given[0])

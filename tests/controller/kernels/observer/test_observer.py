@@ -35,6 +35,7 @@ from tests.controller.trial import Trial, distance, true_tip
 pytestmark = pytest.mark.keyed()
 
 TIP, ROD_6, ALL = 1 << 9, 1 << 5, (1 << 10) - 1
+STRONG = OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX
 SUBSETS = [TIP, ROD_6, ALL, TIP | ROD_6, TIP | 1 << 8, 1 << 4, 0b0100100100, 0b1101100100]
 
 
@@ -47,7 +48,7 @@ def growth(
     """
     model, state, rods = observer.model, observer.state, observer.model.L.size
     theta = model.rest + model.compliance @ u
-    observer.u_hat[:] = u
+    observer.torque[:] = u
     points_on(posed(model, theta, np.zeros(rods)).q, observer.sensors, sensing.p)
     sensing.p[:, 0] += off
     choose_gains(gains, observer)
@@ -57,7 +58,7 @@ def growth(
         moved = posed(model, theta + deviation[:rods], deviation[rods:])
         state.q[:], state.v[:] = moved.q, moved.v
         pressurise(observer)
-        attach(sensing, used, observer)
+        attach(sensing.p, sensing.v, sensing.age[0], used, observer)
         step_observer(observer)
         return np.concatenate([state.q[2], state.v[2]])
 
@@ -71,7 +72,14 @@ def test_every_deviation_decays_with_any_sensors_and_gains(name: str, rods: int,
     """Few rods, strong springs: where force and residual at two places flutter."""
     controller = ControllerParameters(rods=rods, integrator=integrator)
     rig, u_max = build_rig(RigParameters(actuator=PRESETS[name], controller=controller), 1), PRESETS[name].u_max
-    for K_o, B_o in ((100.0, 0.0), (500.0, 0.0), (0.0, 5.0), (500.0, 5.0)):
+    for K_o, B_o in (
+        (100.0, 0.0),
+        (500.0, 0.0),
+        (0.0, 5.0),
+        (500.0, 5.0),
+        (OBSERVER_GAIN_MAX, 0.0),
+        (OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX),
+    ):
         for used in SUBSETS:
             gains = to_record(Settings(K_o=(0.5 * K_o, K_o), B_o=(B_o, 0.5 * B_o)))[0]
             for u in [(0.0, 0.0), (0.4, 0.4), (1.0, -1.0)]:
@@ -104,8 +112,8 @@ actuators = some.builds(
     actuator=actuators,
     rods=some.sampled_from([2, 3, 5, 10, 40]),
     kappa=some.sampled_from([1.0, 15.0, 40.0, 100.0]),
-    K_o=some.floats(0.0, 500.0),
-    B_o=some.floats(0.0, 5.0),
+    K_o=some.floats(0.0, OBSERVER_GAIN_MAX),
+    B_o=some.floats(0.0, OBSERVER_DAMPING_MAX),
     used=some.integers(0, ALL),
     u=some.tuples(some.floats(-0.03, 0.03), some.floats(-0.03, 0.03)),
     off=some.sampled_from([0.0, 0.01, 0.1]),
@@ -135,7 +143,10 @@ def test_an_undamped_body_that_hangs_swings_and_does_not_grow(kappa: float, dt: 
 
 
 @pytest.mark.parametrize("used", [TIP, ROD_6, ALL])
-@pytest.mark.parametrize(("kappa", "K_o"), [(1.0, 500.0), (TWIN["kappa"], 100.0), (100.0, 500.0)])
+@pytest.mark.parametrize(
+    ("kappa", "K_o"),
+    [(1.0, 500.0), (TWIN["kappa"], 100.0), (TWIN["kappa"], 500.0), (100.0, 500.0)],
+)
 @pytest.mark.parametrize("name", PRESETS)
 def test_markers_beyond_the_reach_pull_the_observer_straight_and_it_comes_to_rest(
     name: str, kappa: float, K_o: float, used: int
@@ -144,8 +155,8 @@ def test_markers_beyond_the_reach_pull_the_observer_straight_and_it_comes_to_res
     controller = ControllerParameters(observer_kappa=kappa)
     rig = build_rig(RigParameters(actuator=PRESETS[name], controller=controller), 1)
     observer, state = rig.observer, rig.observer.state
-    observer.u_hat[:] = 0.005, 0.002
-    begin = posed(observer.model, observer.model.compliance @ observer.u_hat, np.zeros(controller.rods))
+    observer.torque[:] = 0.005, 0.002
+    begin = posed(observer.model, observer.model.compliance @ observer.torque, np.zeros(controller.rods))
     state.q[:], state.v[:] = begin.q, begin.v
     points_on(state.q, observer.sensors, rig.sensing.p)
     rig.sensing.p[:, 0] += 0.1
@@ -153,7 +164,7 @@ def test_markers_beyond_the_reach_pull_the_observer_straight_and_it_comes_to_res
     damp_beyond(used, observer)
     for _ in range(3000):
         pressurise(observer)
-        attach(rig.sensing, used, observer)
+        attach(rig.sensing.p, rig.sensing.v, rig.sensing.age[0], used, observer)
         step_observer(observer)
     assert np.abs(state.v[:2]).max() < 0.01
 
@@ -241,7 +252,8 @@ def test_the_torque_reaches_the_model_after_dead_time_and_lag() -> None:
 
 def test_after_a_stall_the_observer_catches_up_under_the_held_torque() -> None:
     """Without markers both must end in the same state; the gap is shorter than the one that stops the motion."""
-    desks = [Desk(law=Law.OPEN_LOOP, u_open=(0.02, 0.01), sensed=0) for _ in range(2)]
+    believed = RigParameters(controller=ControllerParameters(measured_torques=False))
+    desks = [Desk(believed, law=Law.OPEN_LOOP, u_open=(0.02, 0.01), sensed=0) for _ in range(2)]
     for desk in desks:
         desk.into(Mode.FOLLOW)
         desk.step(400)

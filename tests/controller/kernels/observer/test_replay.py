@@ -1,5 +1,7 @@
 """The observer over recordings is the live one: same law, and compared with a sample before that sample has pulled."""
 
+import math
+
 import numpy as np
 
 from controller.assembly.rig import build_rig
@@ -10,7 +12,8 @@ from controller.kernels.observer.observer import Replay, observe
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.schema.actuator import PRESETS
 from controller.schema.layout import to_record
-from controller.schema.parameters import DT, RigParameters, Settings
+from controller.schema.messages import Measurement
+from controller.schema.parameters import DT, ControllerParameters, RigParameters, Settings
 
 PERIOD_TICKS, COUNT, TIP, OLD = 10, 40, 9, 0.05
 GAINS = Settings()
@@ -30,16 +33,17 @@ def speed(tip: np.ndarray) -> np.ndarray:
 
 def live(tip: np.ndarray) -> np.ndarray:
     """Points of the rig's own observer (COUNT,10,2) [m], before it has the sample of that time."""
-    rig = build_rig(RigParameters(actuator=PRESETS["P1"]), 1)
-    observer, sensing, state, settings = rig.observer, rig.sensing, rig.control.state[0], to_record(GAINS)[0]
-    state["used"] = 1 << TIP
+    rig = build_rig(RigParameters(actuator=PRESETS["P1"], controller=ControllerParameters(predict=False)), 1)
+    observer = rig.observer._replace(pull_max=math.inf)
+    sensing, state, settings = rig.sensing, rig.control.state[0], to_record(GAINS)[0]
+    state["used"], measurement = 1 << TIP, to_record(Measurement())[0]
     found, v = np.empty((COUNT, 10, 2)), speed(tip)
     for k in range(COUNT):
         points_on(observer.state.q, observer.sensors, found[k])
         sensing.p[TIP], sensing.v[TIP] = tip[k], v[k]
         for step in range(PERIOD_TICKS):
             sensing.age[0] = step * DT + 0.5 * DT  # as `sense` has it
-            observe(sensing, settings, 1, state, observer)
+            observe(0, settings, measurement, 1, sensing, rig.control, observer)
     return found
 
 
@@ -53,7 +57,7 @@ def recorded(tip: np.ndarray, ticks: int = PERIOD_TICKS, old: float = OLD) -> np
     )  # fmt: skip
     p, v, out = np.full((COUNT, 10, 2), np.nan), np.zeros((COUNT, 10, 2)), np.empty((COUNT, 10, 2))
     p[:, TIP], v[:, TIP] = tip, speed(tip)
-    replay(1 << TIP, RecordedSamples(p, v, np.full(COUNT, ticks, np.int64), old, np.zeros(1)), run, out)
+    replay(1 << TIP, RecordedSamples(p, v, np.full(COUNT, ticks, np.int64), old), run, out)
     return out
 
 

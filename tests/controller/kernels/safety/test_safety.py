@@ -259,7 +259,7 @@ def test_a_slow_wide_swing_comes_to_rest_by_its_rms() -> None:
 
 def test_an_observer_that_stays_far_from_its_markers_is_a_fault() -> None:
     """Markers that creep away, each step too small for a jump, from a model that does not follow them."""
-    desk = Desk(K_o=(0.0, 0.0), law=Law.FF)
+    desk = Desk(K_o=(0.0, 0.0), B_o=(0.0, 0.0), law=Law.FF)
     desk.into(H)
     for _ in range(3000):
         if desk.mode != H:
@@ -272,7 +272,7 @@ def test_an_observer_that_stays_far_from_its_markers_is_a_fault() -> None:
 
 def test_a_marker_is_used_again_where_its_own_motion_led_it_while_it_was_out_of_sight() -> None:
     """The model, which nothing pulls at meanwhile, stays where it was."""
-    desk = Desk(K_o=(0.0, 0.0), law=Law.FF)
+    desk = Desk(K_o=(0.0, 0.0), B_o=(0.0, 0.0), law=Law.FF)
     desk.into(H)
     for _ in range(20):
         desk.markers[9, 1] += 1.5e-3

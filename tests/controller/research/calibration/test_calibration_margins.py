@@ -22,7 +22,7 @@ from controller.research.calibration.margins import (
 )
 from controller.research.calibration.predictions import attempt
 from controller.schema.parameters import ControllerParameters, RigParameters, SafetyLimits, Settings, TwinParameters
-from controller.simulation.case import Setup
+from controller.simulation.case import SPRINGS, Setup
 from controller.simulation.run import run
 
 pytestmark = pytest.mark.keyed()
@@ -47,7 +47,7 @@ TWIN = TwinParameters(
 
 
 def gains(K_P: float, K_I: float) -> Setup:
-    return Setup(TWIN, gains=Settings(K_P=(K_P, K_P), K_I=(K_I, K_I), K_FF=(0.05, 0.05)))
+    return Setup(TWIN, gains=Settings(K_P=(K_P, K_P), K_I=(K_I, K_I), K_FF=(0.05, 0.05), **SPRINGS))
 
 
 def swinging(rate: float, size: float = 1e-3) -> Array:

@@ -7,7 +7,7 @@ from controller.research.experiments.letter import letter_jobs, letter_rows
 from controller.research.experiments.results import Failure, Finished, trace
 from controller.schema.modes import Integrator
 from controller.schema.parameters import ControllerParameters
-from controller.simulation.case import Case, Setup, parameters_of, run_case, settings_of
+from controller.simulation.case import FITTED, Case, Setup, parameters_of, run_case, settings_of
 from controller.simulation.metrics import Window
 
 pytestmark = pytest.mark.keyed()
@@ -21,7 +21,7 @@ def finished(law: str) -> Finished:
 def test_the_letter_has_no_fading_no_marker_carried_on_no_damping_of_ours_and_the_integrator_of_the_paper() -> None:
     setup = Setup()
     letter, ours = (parameters_of(Case("vu", law=law), setup).controller for law in ("paper", "ff+pi"))
-    assert ours == setup.controller == ControllerParameters()
+    assert ours == setup.controller == FITTED
     changed = {name for name in ControllerParameters.model_fields if getattr(letter, name) != getattr(ours, name)}
     zero = {"weak_ratio", "weak_ratio_live", "feedback_lag", "full_gains_from", "observer_beta"}
     assert changed == zero | {"carry_on", "integrator"}
