@@ -71,7 +71,7 @@ def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
     shot(page, "gain-presets")
     page.keyboard.press("Escape")
     page.get_by_test_id("gains-reset").click()
-    expect(field).to_have_value("100")
+    expect(field).to_have_value("400")
     page.get_by_test_id("gain-presets").click()
     page.get_by_test_id("gain-preset").last.click()
     expect(field).to_have_value("150")
