@@ -10,8 +10,8 @@ from controller.schema.modes import Mode
 from server.health.energy_balance import EnergyBalance
 from tests.controller.trial import Trial
 
-NEXT_TO_NOTHING = 2.1e-3
-"""Of the energy that is stored and given back in every lap."""
+ADDED, LOST = 1e-4, 5e-3
+"""Of the energy that is stored and given back in every lap: a backward step loses some, and adds none."""
 BATCH = 17
 """Ticks of one batch of telemetry at 60 a second."""
 
@@ -37,7 +37,7 @@ def fed(rows: Rows) -> EnergyBalance:
 
 def test_in_fast_motion_the_integrator_adds_next_to_nothing(circle: Rows) -> None:
     assert np.ptp(circle["energy"]) > 40e-3, "it stores and gives back millijoules"
-    assert abs(fed(circle).gained) < NEXT_TO_NOTHING * np.ptp(circle["energy"])
+    assert -LOST < fed(circle).gained / np.ptp(circle["energy"]) < ADDED
 
 
 def test_an_integrator_that_adds_energy_is_seen_whenever_it_began(circle: Rows) -> None:
@@ -61,5 +61,5 @@ def test_what_a_moment_left_in_the_ledger_is_none_of_it(circle: Rows, what: str)
         rows["reseats"][at:] += 1
     else:
         rows["mode"][at - 50 : at], rows["mode"][at:] = Mode.E_STOP, Mode.VENTED
-    assert abs(fed(rows).gained) < NEXT_TO_NOTHING * np.ptp(circle["energy"])
+    assert -LOST < fed(rows).gained / np.ptp(circle["energy"]) < ADDED
     assert math.isnan(fed(rows[: at + 5_000]).gained), "nor is it known so soon"
