@@ -25,9 +25,16 @@ def rig(tmp_path: Path) -> Iterator[LiveRig]:
         yield rig
 
 
+def stands_still(pid: int) -> bool:
+    """Whether every thread of the process is stopped."""
+    threads = Path(f"/proc/{pid}/task").glob("*/stat")
+    return all(stat.read_text().rpartition(")")[2].split()[0] == "T" for stat in threads)
+
+
 def pause(rig: LiveRig) -> None:
     """Freeze the process for PAUSE seconds and wait for rows from after it."""
     os.kill(rig.process.pid, signal.SIGSTOP)
+    wait_for(lambda: stands_still(rig.process.pid))  # a busy machine takes its time to stop a process
     time.sleep(PAUSE)
     os.kill(rig.process.pid, signal.SIGCONT)
     wait_for(lambda: rig.operator.newest()["lost"] >= PAUSE * 900)
@@ -42,7 +49,7 @@ def test_every_tick_lies_on_the_first_grid_and_lost_slots_are_counted_not_caught
     assert np.array_equal(rows["slot"], rows["tick"] + rows["lost"])
     assert np.array_equal(rows["t_ns"] - rows["lateness_ns"], grid + rows["slot"] * PERIOD_NS)
     assert rows["lateness_ns"].min() >= 0
-    assert np.diff(rows["t_ns"]).max() >= 0.9 * PAUSE * 1e9, "a busy machine takes its time to stop a process"
+    assert np.diff(rows["t_ns"]).max() >= PAUSE * 1e9
     assert rig.operator.client.gaps == 0
 
 

@@ -137,7 +137,7 @@ def test_holding_the_straight_pose_is_quiet() -> None:
 
 def test_the_integral_is_no_further_than_the_edge_while_saturated_and_the_loop_recovers() -> None:
     """It is not collected, and what was collected on the way loses what is cut away."""
-    trial = Trial(parameters=twin_with(**SOFT | {"torque_gain": (0.7, 0.7)}), law=Law.FF_I, K_I=(1.5, 1.5))
+    trial = Trial(parameters=twin_with(**SOFT | {"torque_gain": (0.7, 0.7)}), law=Law.FF_I, K_I=(0.9, 0.9))
     trial.arm()
     rows = trial.follow(-0.02, 0.08, 8.0)
     clamped = np.flatnonzero(rows["saturated"])
@@ -147,20 +147,24 @@ def test_the_integral_is_no_further_than_the_edge_while_saturated_and_the_loop_r
     assert ((rows["u"] @ polygon.normals.T) <= polygon.bounds * (1 + 1e-9)).all()
     late = clamped[clamped > 4000]
     beyond = np.abs(rows["u_ff"] + rows["u_fb"] - rows["u"])
-    assert beyond.max() > 1e-4 and beyond[late].max() < 2e-5
-    assert np.ptp(rows["u_fb"][-2000:], axis=0).max() < 2e-5, "it stands still there"
+    assert beyond.max() > 1e-4 and beyond[late].max() < 1e-5
+    assert np.ptp(rows["u_fb"][-2000:], axis=0).max() < 1e-5, "it stands still there"
     back = trial.follow(0.12, 0.12, 10.0)
     assert not back["saturated"][1000:].any()
     assert distance(true_tip(back)[-500:], back["p_ref"][-500:]).mean() < 3e-3
 
 
-def test_arming_starts_from_no_torque_and_does_not_jump() -> None:
-    trial = Trial()
+@pytest.mark.parametrize("law", [Law.FF, Law.FF_PI])
+def test_arming_starts_from_no_torque_and_does_not_jump(law: Law) -> None:
+    trial = Trial(law=law)
     trial.run(100)
     rows = trial.ask(Request.ARM, ticks=500)
     assert (rows["u"][0] == 0.0).all()
     assert np.abs(np.diff(rows["u"], axis=0)).max() < 1e-5
-    assert distance(rows["p_ref"][0], true_tip(rows)[0]) < 5e-4, "where the arm is, not where the model rests"
+    if law == Law.FF:
+        assert rows["p_ref"][0] == pytest.approx((0.253, 0.0))
+    else:
+        assert distance(rows["p_ref"][0], true_tip(rows)[0]) < 5e-4, "where the arm is, not where the model rests"
 
 
 SWITCHES = [

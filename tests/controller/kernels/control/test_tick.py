@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
 from controller.assembly.rig import build_rig
@@ -61,12 +62,14 @@ def test_the_backbone_in_telemetry_begins_at_the_clamp_and_ends_at_the_tip() -> 
     assert np.ptp(lengths) < 5e-5
 
 
-def test_the_energy_ledger_closes_while_following() -> None:
-    trial = Trial(sensed=(1 << 9) | (1 << 5))
+@pytest.mark.parametrize(("K_o", "B_o", "lost"), [(100.0, 0.0, 1e-4), (400.0, 0.5, 5e-3)])
+def test_the_energy_ledger_closes_while_following(K_o: float, B_o: float, lost: float) -> None:
+    """Backward steps lose more of what stiffer springs store, and add none."""
+    trial = Trial(sensed=(1 << 9) | (1 << 5), K_o=(K_o, K_o), B_o=(B_o, B_o))
     trial.arm()
     rows = trial.follow(0.1, 0.14, 5.0)
     moved = np.abs(rows["power"]).sum() * 1e-3
-    assert -5e-3 * moved < rows["ledger"].min() and rows["ledger"].max() < 1e-4 * moved
+    assert -lost * moved < rows["ledger"].min() and rows["ledger"].max() < 1e-4 * moved
     assert (rows["power"][:, 0] <= 0.0).all()
 
 
