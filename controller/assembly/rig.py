@@ -183,22 +183,18 @@ def build_observer(
 
 def no_prediction(model: RodModel, ticks: int) -> Prediction:
     """Before the first sample; samples may be up to `ticks` old. `model`, the observer's, shares its stiffness."""
-    p, v, points, middle, velocity = np.zeros((5, SENSORS, 2))
+    p, v = np.zeros((2, SENSORS, 2))
     return Prediction(
         model=model,
         state=at_rest(model),
         load=make_load(model.L.size),
-        points=points,
-        middle=middle,
-        velocity=velocity,
         trail=np.zeros((ticks, SENSORS, 2)),
         newest=np.zeros(1, np.int64),
         off=no_points(),
         alone=no_points(),
         taken_ns=np.zeros(SENSORS, np.int64),
-        lasting=np.zeros(SENSORS, np.int64),
         sample_ns=np.zeros(1, np.int64),
-        before=np.zeros((3, SENSORS, 2)),
+        before=np.full((3, SENSORS, 2), math.nan),
         noise=np.full(SENSORS, NOISE_VARIANCE[1]),
         p=p,
         v=v,

@@ -75,6 +75,10 @@ class Settings(Model):
     """Command in the OPEN_LOOP law; approached at `torque_rate_max`, saturated like any other."""
 
 
+REPEATING = Settings(K_FF=(GAINS["K_FF"],) * 2)
+"""The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
+
+
 class ControllerParameters(Model):
     """Fixed numbers of the loop. The paper's where it gives them, ours (marked) where it does not."""
 
@@ -115,7 +119,7 @@ class ControllerParameters(Model):
     """It carries a marker on with what its model does by itself, and with its last velocity only what the model does
     not explain, filtered as the marker's noise asks for (ours; docs/observer.md). Off where markers are held."""
     measured_torques: bool = True
-    """It is driven by the measured pressures for as long as nothing speaks against them (ours; paper: by what was sent,
+    """It is driven by the measured pressures until their watchdog finds them broken (ours; paper: by what was sent,
     through `dead_time` and `pneumatic_lag`)."""
     dead_time: Annotated[float, Bounds(ge=0.0, le=0.2), Q("s", "t_d")] = 0.05
     pneumatic_lag: Annotated[float, Bounds(gt=0.0, le=1.0), Q("s", "tau")] = 0.05

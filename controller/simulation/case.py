@@ -9,9 +9,8 @@ from controller.errors import DataError
 from controller.reference.library import reference
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
-from controller.schema.fit import GAINS
 from controller.schema.modes import Integrator, Law
-from controller.schema.parameters import ControllerParameters, RigParameters, Settings, TwinParameters
+from controller.schema.parameters import REPEATING, ControllerParameters, RigParameters, Settings, TwinParameters
 from controller.simulation.metrics import Window, measure
 from controller.simulation.run import run
 
@@ -31,17 +30,14 @@ BY_THE_LETTER: dict[str, Any] = {
 }
 """What of ControllerParameters that changes: feedback that never fades, a held marker, believed pressures, undamped
 hinges, the table's inertia, ode4."""
-REPEATING = Settings(K_FF=(GAINS["K_FF"],) * 2)
-"""The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
 SPRINGS: dict[str, Any] = {"K_o": (100.0, 100.0), "B_o": (0.0, 0.0)}
 """What of Settings the paper's observer has (paper, "Dynamic observer")."""
 FITTED = ControllerParameters(predict=False, measured_torques=False)
 """The controller with which the twin was fitted to the paper: of a marker's motion and of the pressures its observer
 knows what the paper's does, or little more."""
+FITTED_GAINS = REPEATING.model_copy(update=SPRINGS)
 SENSED = {"rod6": 1 << 5, "rod10": 1 << 9, "rod6+10": 1 << 5 | 1 << 9}
 """Task 4's choices of sensors, as bits of `Settings.sensed`; all under FF+PI."""
-
-FITTED_GAINS = REPEATING.model_copy(update=SPRINGS)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ from fastapi import APIRouter
 from pydantic import TypeAdapter
 
 from controller.errors import CommandRefused, TendrilError
-from controller.schema.fit import GAINS
-from controller.schema.parameters import Settings
+from controller.schema.parameters import REPEATING, Settings
 from controller.system.state_file import StateFile
 from server.access.permit import Holder
 from server.http.errors import NotFound
@@ -21,8 +20,7 @@ from server.settings import ServerSettings
 
 PRESETS_MAX = 100
 """Presets that are kept; a new one beyond is refused."""
-REPEATING = GainPreset(name="Paths that repeat", settings=Settings(K_FF=(GAINS["K_FF"], GAINS["K_FF"])), built_in=True)
-"""The gains as they are at the start, and the fit's velocity feedforward: the paper has it on in its Task 2."""
+BUILT_IN = GainPreset(name="Paths that repeat", settings=REPEATING, built_in=True)
 LOADED = {"K_P", "K_I", "K_FF", "K_o", "B_o", "law", "feedforward_period", "speed_max", "acceleration_max"}
 """What is loaded from a preset; the choice of sensors and the open-loop command stay, as in the page's `gainsOf`."""
 _FILE: TypeAdapter[list[GainPreset]] = TypeAdapter(list[GainPreset])
@@ -36,7 +34,7 @@ class GainPresets:
 
     def listed(self) -> list[GainPreset]:
         """Ours, then the saved ones by name; ours alone when the file cannot be used."""
-        return [REPEATING, *self._saved()]
+        return [BUILT_IN, *self._saved()]
 
     def _saved(self) -> list[GainPreset]:
         return self._file.read() or []
@@ -60,7 +58,7 @@ class GainPresets:
         return self._write(self._others(name))
 
     def _others(self, name: str) -> list[GainPreset]:
-        if name == REPEATING.name:
+        if name == BUILT_IN.name:
             raise CommandRefused(f"{name!r} comes with Tendril: take another name")
         return [preset for preset in self._saved() if preset.name != name]
 
@@ -70,7 +68,7 @@ class GainPresets:
             self._file.write(_FILE.dump_json(presets, indent=1))
         except OSError as error:
             raise TendrilError(f"the presets cannot be saved: {error.strerror}") from error
-        return [REPEATING, *presets]
+        return [BUILT_IN, *presets]
 
 
 router = APIRouter(tags=["presets"])

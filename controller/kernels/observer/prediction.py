@@ -30,7 +30,7 @@ OUTLIER = 9.0
 NOISE_VARIANCE = (1e-5**2, 1e-4**2)
 """Least variance of a marker's noise, and that before the first samples [m^2]."""
 FORGET_AFTER = 0.2
-"""A marker that was out of sight for longer begins anew [s]."""
+"""A marker that was out of sight for longer begins again where it is seen [s]."""
 
 
 class Prediction(Group):
@@ -41,14 +41,8 @@ class Prediction(Group):
     state: RodState
     load: Load
     """The torques on it; no springs."""
-    points: Array
-    """Its position at the sensors at the end of the last step (10,2) [m]."""
-    middle: Array
-    """The same in the middle of that step (10,2) [m]."""
-    velocity: Array
-    """Its mean velocity there in that step (10,2) [m/s]."""
     trail: Array
-    """Ring of `points` of the last ticks (ticks,10,2) [m]."""
+    """Ring of its position at the sensors at the ends of the last ticks (ticks,10,2) [m]."""
     newest: Words
     """(1,) place of the last in the ring."""
     off: AlphaBeta
@@ -57,12 +51,10 @@ class Prediction(Group):
     """The markers."""
     taken_ns: Words
     """(10,) when each was captured last; 0 before the first sample."""
-    lasting: Words
-    """(10,) samples since each began anew."""
     sample_ns: Words
     """(1,) capture of the newest sample that was taken over."""
     before: Array
-    """The last three distances as measured, the newest first (3,10,2) [m]."""
+    """The last three distances as measured, the newest first (3,10,2) [m]; nan before a marker's first samples."""
     noise: Array
     """Variance of a marker's noise, of a coordinate (10,) [m^2]."""
     p: Array
@@ -83,12 +75,6 @@ def predict(dt: float, torque: Array, sensors: Places, work: ImplicitWork, predi
         prediction.load.Q_theta[i] = torque[i]
     implicit_step(prediction.model, prediction.load, dt, prediction.state, work)
     points_on(prediction.state.q, sensors, prediction.trail[newest])
-    for j in range(prediction.points.shape[0]):
-        for axis in range(2):
-            before, now = prediction.points[j, axis], prediction.trail[newest, j, axis]
-            prediction.points[j, axis] = now
-            prediction.middle[j, axis] = 0.5 * (before + now)
-            prediction.velocity[j, axis] = (now - before) / dt
 
 
 @kernel
@@ -104,7 +90,7 @@ def learn(t_ns: int, dt: float, sensing: Sensing, prediction: Prediction) -> Non
     prediction.sample_ns[0] = sensing.sample_ns[0]
     after = (prediction.newest[0] - ticks) % length
     before, share = (after - 1) % length, late - ticks
-    for j in range(prediction.points.shape[0]):
+    for j in range(prediction.p.shape[0]):
         x, y = sensing.p[j, 0], sensing.p[j, 1]
         if math.isfinite(x + y):
             one, other = prediction.trail[after, j], prediction.trail[before, j]
@@ -120,7 +106,9 @@ def take_point(
     """Marker j was seen at p, `off` from the model [m]. Not in the paper: see the module. In place: prediction."""
     apart = (sensing.sample_ns[0] - prediction.taken_ns[j]) * 1e-9 + sensing.late[0]
     if prediction.taken_ns[j] == 0 or apart > FORGET_AFTER:
-        prediction.lasting[j] = 0
+        for axis in range(2):
+            for k in range(prediction.before.shape[0]):
+                prediction.before[k, j, axis] = math.nan
         begin_point(j, off[0], off[1], prediction.noise[j], prediction.off)
         begin_point(j, p[0], p[1], prediction.noise[j], prediction.alone)
     else:
@@ -135,18 +123,17 @@ def take_point(
 def note_noise(j: int, off: tuple[float, float], prediction: Prediction) -> None:
     """Learn from the third difference of the distances of marker j how large its noise is.
 
-    Not in the paper: see the module. In place: prediction.lasting, prediction.before, prediction.noise.
+    Not in the paper: see the module. In place: prediction.before, prediction.noise.
     """
     last = prediction.before
     for axis in range(2):
-        if prediction.lasting[j] >= 3:
-            third = off[axis] - 3.0 * last[0, j, axis] + 3.0 * last[1, j, axis] - last[2, j, axis]
+        third = off[axis] - 3.0 * last[0, j, axis] + 3.0 * last[1, j, axis] - last[2, j, axis]
+        if math.isfinite(third):
             seen = min(third * third / THIRD, OUTLIER * prediction.noise[j])
             prediction.noise[j] = max(
                 prediction.noise[j] + NOISE_SHARE * (seen - prediction.noise[j]), NOISE_VARIANCE[0]
             )
         last[2, j, axis], last[1, j, axis], last[0, j, axis] = last[1, j, axis], last[0, j, axis], off[axis]
-    prediction.lasting[j] += 1
 
 
 @kernel
@@ -155,15 +142,17 @@ def foresee(t_ns: int, dt: float, prediction: Prediction) -> None:
 
     Not in the paper: see the module. In place: prediction.p, prediction.v.
     """
-    off, alone = prediction.off, prediction.alone
-    for j in range(prediction.points.shape[0]):
+    off, alone, newest = prediction.off, prediction.alone, prediction.newest[0]
+    last = (newest - 1) % prediction.trail.shape[0]
+    for j in range(prediction.p.shape[0]):
         age = (t_ns - prediction.taken_ns[j]) * 1e-9 - 0.5 * dt
         share = share_of_model(off.innovation[j], alone.innovation[j])
         for axis in range(2):
             p, v = alone.x[j, axis] + age * alone.rate[j, axis], alone.rate[j, axis]
-            by_model = prediction.middle[j, axis] + off.x[j, axis] + age * off.rate[j, axis]
+            before, after = prediction.trail[last, j, axis], prediction.trail[newest, j, axis]
+            by_model = 0.5 * (before + after) + off.x[j, axis] + age * off.rate[j, axis]
             prediction.p[j, axis] = p + share * (by_model - p)
-            prediction.v[j, axis] = v + share * (prediction.velocity[j, axis] + off.rate[j, axis] - v)
+            prediction.v[j, axis] = v + share * ((after - before) / dt + off.rate[j, axis] - v)
 
 
 @kernel
@@ -174,18 +163,14 @@ def share_of_model(by_model: float, alone: float) -> float:
 
 @kernel
 def reset_prediction(state: RodState, sensors: Places, prediction: Prediction) -> None:
-    """Begin anew from the pose of `state`, at rest there; what was learnt of the noise stays.
+    """Begin again from the pose of `state`, at rest there; what was learnt of the noise stays.
 
     Initial conditions: paper, "Dynamic observer". In place: prediction.
     """
     for row in range(3):
         for i in range(state.q.shape[1]):
             prediction.state.q[row, i], prediction.state.v[row, i] = state.q[row, i], 0.0
-    points_on(state.q, sensors, prediction.points)
-    for j in range(prediction.points.shape[0]):
+    for tick in range(prediction.trail.shape[0]):
+        points_on(state.q, sensors, prediction.trail[tick])
+    for j in range(prediction.taken_ns.size):
         prediction.taken_ns[j] = 0
-        for axis in range(2):
-            here = prediction.points[j, axis]
-            prediction.middle[j, axis], prediction.velocity[j, axis] = here, 0.0
-            for tick in range(prediction.trail.shape[0]):
-                prediction.trail[tick, j, axis] = here

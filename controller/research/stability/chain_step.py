@@ -10,7 +10,7 @@ from controller.assembly.equilibrium import body_of, carrying, imbalance, settle
 from controller.assembly.stability import move, point_slopes
 from controller.kernels.model.implicit import implicit_step
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import RodModel, stiffened
+from controller.kernels.model.rod import RodModel, RodState, stiffened
 from controller.kernels.model.statics import Places, chosen, points_on
 from controller.kernels.observer.observer import Observer, attach, damp_beyond, pressurise, step_observer
 from controller.kernels.plant.twin import Twin
@@ -101,20 +101,16 @@ def free_step(observer: Observer, theta: Array, used: tuple[int, ...]) -> ChainS
     In place: observer.prediction.
     """
     prediction = observer.prediction
-    model, rods, load = prediction.model, theta.size, prediction.load
+    model, load = prediction.model, prediction.load
     T_theta = model.T_theta - stiffer(model, observer.soft, theta, observer.torque)
     balance = holding(model, theta)
 
-    def after(deviation: Array) -> Array:
-        x, more = np.split(deviation, [2 * rods])
-        move(model, theta, x, prediction.state)
+    def step(more: Array) -> None:
         load.Q_theta[:] = balance + T_theta @ more
         implicit_step(model, load, observer.dt, prediction.state, observer.implicit_work)
-        return np.concatenate([prediction.state.q[2] - theta, prediction.state.v[2]])
 
-    D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
     P = by_state(model, theta, chosen(observer.sensors, used))
-    return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, P)
+    return driven_step(model, theta, prediction.state, step, P)
 
 
 def plant_step(twin: Twin, u: Array, used: tuple[int, ...]) -> tuple[ChainStep, Array]:
@@ -131,23 +127,36 @@ def plant_step(twin: Twin, u: Array, used: tuple[int, ...]) -> tuple[ChainStep, 
     balance = holding(model, theta)
     load.F[:] = 0.0
 
-    def after(deviation: Array) -> Array:
-        x, more = np.split(deviation, [2 * rods])
-        move(model, theta, x, state)
+    def step(more: Array) -> None:
         load.Q_theta[:] = balance + T_theta @ more
         if twin.integrator == Integrator.IMPLICIT:
             implicit_step(model, load, twin.dt, state, twin.implicit_work)
         else:
             for _ in range(twin.substeps):
                 rk4_step(model, load, twin.dt / twin.substeps, state, twin.work)
-        return np.concatenate([state.q[2] - theta, state.v[2]])
 
-    D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
+    found = driven_step(model, theta, state, step, by_state(model, theta, chosen(twin.markers, used)))
     move(model, theta, np.zeros(2 * rods), state)
     markers = np.zeros((SENSORS, 2))
     points_on(state.q, twin.markers, markers)
-    P = by_state(model, theta, chosen(twin.markers, used))
-    return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, P), markers
+    return found, markers
+
+
+def driven_step(model: RodModel, theta: Array, state: RodState, step: Callable[[Array], None], P: Array) -> ChainStep:
+    """A tick of a chain that torques move, about theta (N,): `step` advances `state` with more of them (2,) [N m].
+
+    In place: state.
+    """
+    rods = theta.size
+
+    def after(deviation: Array) -> Array:
+        x, more = np.split(deviation, [2 * rods])
+        move(model, theta, x, state)
+        step(more)
+        return np.concatenate([state.q[2] - theta, state.v[2]])
+
+    D, nothing = slopes(after, 2 * rods + 2), np.zeros((2 * rods, 0))
+    return ChainStep(D[:, : 2 * rods], D[:, 2 * rods :], nothing, nothing, P)
 
 
 def stiffer(model: RodModel, soft: Array, theta: Array, u: Array) -> Array:

@@ -187,6 +187,7 @@ class Loop:
 
     def _sizes(self, more_delay: int) -> dict[str, int]:
         points, timing = self._plant.P.shape[0], self._timing
+        filtered = 0 if timing.alpha is None else points
         line = 2 * (max(timing.observer_delay, timing.plant_delay + more_delay) + 1)
         return {
             "plant": self._plant.A.shape[0],
@@ -194,9 +195,9 @@ class Loop:
             "taken": points,
             "p": points,
             "v": points,
-            "free": self._free.A.shape[0],
-            "free_taken": points,
-            "off": points,
+            "free": self._free.A.shape[0] if filtered else 0,
+            "free_taken": filtered,
+            "off": filtered,
             "observer": self._observer.A.shape[0],
             "u_hat": 2,
             "integral": 2,

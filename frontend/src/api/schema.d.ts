@@ -2495,7 +2495,7 @@ export interface components {
       predict: boolean;
       /**
        * Measured Torques
-       * @description It is driven by the measured pressures for as long as nothing speaks against them (ours; paper: by what was sent,
+       * @description It is driven by the measured pressures until their watchdog finds them broken (ours; paper: by what was sent,
        *     through `dead_time` and `pneumatic_lag`).
        * @default true
        */

@@ -251,9 +251,9 @@ def track(
     from controller.research.experiments.plant_scale import scaled
     from controller.research.track import TrackTask, require_controller
     from controller.schema.actuator import read_actuator
-    from controller.schema.parameters import usual_twin
+    from controller.schema.parameters import REPEATING, usual_twin
     from controller.schema.twin_numbers import twin_numbers
-    from controller.simulation.case import REPEATING, Setup
+    from controller.simulation.case import Setup
     from server.cli.research.track import Wanted, run_track
 
     require_controller(controller)

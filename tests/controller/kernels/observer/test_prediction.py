@@ -14,8 +14,14 @@ from controller.schema.actuator import PRESETS
 from controller.schema.fit import TWIN
 from controller.schema.messages import TwinFaults
 from controller.schema.modes import Law, Mode, Request
-from controller.schema.parameters import OBSERVER_GAIN_MAX, ControllerParameters, RigParameters, TwinParameters
-from controller.simulation.case import REPEATING, Case, Setup, run_case
+from controller.schema.parameters import (
+    OBSERVER_GAIN_MAX,
+    REPEATING,
+    ControllerParameters,
+    RigParameters,
+    TwinParameters,
+)
+from controller.simulation.case import Case, Setup, run_case
 from tests.controller.desk import MS
 from tests.controller.trial import Trial, distance, true_tip
 
