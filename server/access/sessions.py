@@ -110,7 +110,8 @@ class Sessions:
 
     def read(self, cookies: Mapping[str, str]) -> Identity | None:
         """Who sent these cookies; None without a valid one."""
-        value = cookies.get(self.cookie, "")
+        if not (value := cookies.get(self.cookie, "")):
+            return None
         for role in ROLES:
             try:
                 (found, name, user, budget), signed = self._signers[role].loads(value, return_timestamp=True)

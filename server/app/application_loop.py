@@ -99,6 +99,7 @@ class Crossing:
     def end(self) -> None:
         """In the network's loop: nothing more is received or sent."""
         self._sender.cancel()
+        del self._sender  # it holds this: the two would wait for the garbage collector
         if self._coming is not None:
             self._coming.cancel()
 

@@ -1,15 +1,21 @@
 """Connections that send too much, too slowly, or no request at all: ended, while others are served."""
 
+import asyncio
 import contextlib
+import gc
 import logging
 import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from unittest.mock import Mock
 
 import pytest
+import uvicorn
+from uvicorn.server import ServerState
 
-from server.http.connections import CHUNK_BYTES, HEAD_MAX, OPEN, Connection
+from server.http import connections
+from server.http.connections import CHUNK_BYTES, HEAD_MAX, OPEN, Connection, ConnectionCount, Flow
 from tests.server.live_server import TestServer, wait_for
 
 pytestmark = pytest.mark.keyed()
@@ -115,6 +121,51 @@ def test_of_too_many_connections_those_that_ask_nothing_make_room(
         with page.live() as live:
             assert live.wait("hello")
             assert page.command("e_stop").status_code == 200, "who asks is served"
+
+
+def test_of_too_many_that_come_in_one_turn_each_sends_another_one_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A transport tells its protocol of an abort later, when the next ones have come."""
+    count = ConnectionCount()
+    monkeypatch.setattr(count, "most", 2)
+    monkeypatch.setattr(connections, "OPEN", count)
+    config, transports = uvicorn.Config(Mock(), http=Connection), [Transport() for _ in range(5)]
+    for transport in transports:
+        Connection(config, ServerState(), {}, Mock()).connection_made(transport)
+    assert [transport.aborted for transport in transports] == [1, 1, 1, 0, 0]
+
+
+class Transport(asyncio.Transport):
+    """One that was given a connection and loses it later."""
+
+    aborted = 0
+
+    def get_extra_info(self, name: str, default: object = None) -> object:
+        return ("127.0.0.1", 1234) if name == "peername" else default
+
+    def abort(self) -> None:
+        self.aborted += 1
+
+
+@pytest.mark.parametrize(
+    "ask", [b"", b"GET / HTTP/1.1\r\nhost: ", b"GET /api/session HTTP/1.1\r\nhost: x\r\nconnection: close\r\n\r\n"]
+)
+def test_a_connection_that_is_gone_leaves_nothing_to_collect(ask: bytes, server: TestServer) -> None:
+    """Else a flood of them makes the garbage collector stop all threads, and an E-STOP waits 200 ms for it."""
+    gc.collect()
+    gc.disable()
+    try:
+        for _ in range(20):
+            with raw(server) as one:
+                one.sendall(ask)
+                if ask.endswith(b"\r\n\r\n"):
+                    answer(one)
+        wait_for(lambda: not _alive(), "the connections to be freed without a collection")
+    finally:
+        gc.enable()
+
+
+def _alive() -> list[object]:
+    return [one for one in gc.get_objects() if type(one) in (Connection, Flow)]
 
 
 def test_an_address_with_too_many_sockets_is_told_so(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
