@@ -25,8 +25,10 @@ def begin_circle(page: Page) -> None:
     page.get_by_role("tab", name="Run").click()
     page.get_by_role("combobox", name="Reference shown on the plan").focus()
     page.keyboard.type("Circle, 0.25")
+    expect(page.get_by_role("listbox").get_by_role("option").first).to_have_text("Circle, 0.25 Hz")
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Enter")
+    expect(page.get_by_test_id("run")).to_contain_text("Go to the beginning")
     page.get_by_test_id("run").click()
     expect(page.get_by_test_id("state")).to_contain_text("TRACK")
 

@@ -28,6 +28,7 @@ def test_two_runs_and_their_comparison_need_no_pointer(context: BrowserContext, 
     expect(page.get_by_role("tab", name="Run")).to_be_focused()
     keys.go("reference")
     page.keyboard.type("Circle, 0.25")
+    expect(page.get_by_role("listbox").get_by_role("option").first).to_have_text("Circle, 0.25 Hz")
     keys.press("ArrowDown", "Enter")
     expect(page.get_by_test_id("reference-facts")).to_be_visible()
     keys.go("run")
