@@ -8,7 +8,7 @@ from server.settings import ServerSettings
 UNSENT_MAX = 16 * 1024
 """Bytes that may wait in the kernel for a slow viewer: beyond it, frames are skipped instead of delayed."""
 
-AT_ONCE = 16
+AT_ONCE = 8
 """Connections that one turn of the network's loop accepts. libuv takes one for each handle, and under a flood a turn
 lasts for milliseconds: an E-STOP on a new connection waited for a second behind those of the flood.
 """

@@ -11,7 +11,7 @@ from starlette.types import ASGIApp
 
 from controller.system.logs import log_in_background
 from controller.system.loop_watchdog import end_process
-from controller.system.memory import few_arenas, forget_start
+from controller.system.memory import collect_seldom, few_arenas, forget_start
 from server.access.gate import COMMAND
 from server.app.app import create_app
 from server.app.application_loop import ApplicationLoop
@@ -42,6 +42,7 @@ def run_server(settings: ServerSettings, ready: Callable[[Addresses], None]) -> 
     sys.setswitchinterval(SWITCH_INTERVAL)
     _allow_files()
     few_arenas()
+    collect_seldom()
     require_certificate(settings)
     if settings.unprotected:
         log.warning(

@@ -32,7 +32,7 @@ UNHEARD_MAX = 1 << 16
 """Bytes of messages that wait for a socket's route before no more is read: what is urgent may come behind
 several seconds of a drag.
 """
-CHUNK_BYTES = 4096
+CHUNK_BYTES = 1024
 """Bytes of one connection that are understood in one go."""
 
 

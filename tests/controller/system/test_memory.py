@@ -1,12 +1,15 @@
 """What a process keeps of its start."""
 
 import ctypes
+import gc
 import json
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from controller.system.memory import SELDOM, collect_seldom
 
 pytestmark = pytest.mark.process
 
@@ -45,3 +48,12 @@ def test_code_and_constants_that_only_the_start_needed_are_given_back_and_can_be
     said = subprocess.run([sys.executable, "-c", PROGRAM], cwd=root, check=True, capture_output=True, text=True).stdout
     before, after, again = json.loads(said)
     assert after[0] < before[0] - 5e6 and after[1] < before[1] / 2 and "ret i64 2" in again
+
+
+def test_what_is_young_is_collected_as_often_as_ever() -> None:
+    before = gc.get_threshold()
+    try:
+        collect_seldom()
+        assert gc.get_threshold() == (*before[:2], SELDOM)
+    finally:
+        gc.set_threshold(*before)
