@@ -339,7 +339,7 @@ def _extras_named() -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         lacking = (error.name or "").partition(".")[0]
-        if lacking not in ("cma", "matplotlib"):
+        if lacking not in ("cma", "h5py", "matplotlib"):
             raise
         from controller.system.origin import install_command
 

@@ -7,9 +7,11 @@ import typer
 from rich.console import Console
 
 from controller.system.origin import command_line
+from server.cli.research.benchmark import app as benchmark_app
 from server.cli.typed import Comments, ObserverKappa, TwinNumbers, commands, controller_of, refuse_given
 
 app = commands()
+app.add_typer(benchmark_app, name="benchmark")
 out = Console()
 
 PlantName = Annotated[
