@@ -94,10 +94,11 @@ interface FieldProps {
 function LimitField({ shown: { alarm, name, unit, scale, step }, alarms, colour }: FieldProps) {
   const stored = useService(Alarms);
   const { minimum, maximum } = ALARM_BOUNDS[alarm];
-  const keep = (value: number) => {
-    const limits = { ...alarms, [alarm]: { ...alarms[alarm], [colour]: value / scale } };
-    return stored.keep(`Limit of ${alarm} not changed`, limits);
-  };
+  const keep = (value: number) =>
+    stored.keep(`Limit of ${alarm} not changed`, (now) => ({
+      ...now,
+      [alarm]: { ...now[alarm], [colour]: value / scale },
+    }));
   return (
     <NumberField
       w={92}
