@@ -12,7 +12,8 @@ from websockets.exceptions import ConnectionClosed
 
 from controller.schema.modes import Mode
 from server.app.application_loop import IN_FLIGHT_MAX, ApplicationLoop
-from server.http.connections import CHUNK_BYTES, UNHEARD_MAX, Socket
+from server.http.connections import UNHEARD_MAX, Socket
+from server.live.socket_handler import MESSAGE_MAX_CHARS
 from tests.server.live_server import VIEWER_TOKEN, Live, Page, TestServer
 from tests.waiting import WAIT_MAX_S, wait_for
 
@@ -92,7 +93,7 @@ def test_what_a_socket_sends_to_a_hanging_application_is_bounded(
             sending.start()
             sending.join(2.0)
             assert sending.is_alive(), "the network takes no more of it"
-            assert sum(heard) <= UNHEARD_MAX + 2 * CHUNK_BYTES, "and a message on its way"
+            assert sum(heard) <= UNHEARD_MAX + 2 * MESSAGE_MAX_CHARS, "one taken and one on its way"
         sending.join(WAIT_MAX_S)
 
 
