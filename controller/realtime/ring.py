@@ -137,10 +137,11 @@ def create_ring(rig: str, boot: int, folder: Path | None = None, capacity: int =
 def find_ring(rig: str, folder: Path | None = None) -> Ring:
     """The ring of the newest boot of `rig` on this machine, for reading."""
     places = [folder] if folder else [place for place in private_folders() if is_private(place)]
-    found = [path for place in places if (path := ring_path(rig, place)).exists()]
+    paths = [ring_path(rig, place) for place in places]
+    found = {path: written for path in paths if (written := _written(path)) is not None}
     if not found:
         raise RigUnreachable(f"no telemetry ring of rig {rig!r} on this machine")
-    return Ring(max(found, key=lambda path: path.stat().st_mtime), writable=False)
+    return Ring(max(found, key=found.__getitem__), writable=False)
 
 
 def remove_rings(rig: str, folder: Path | None = None) -> None:
@@ -162,6 +163,14 @@ def usable_folders() -> Iterator[Path]:
             yield made_private(folder)
         except OSError as error:
             log.warning("%s cannot be used: %s", folder, error)
+
+
+def _written(path: Path) -> float | None:
+    """When it was, or None where there is no such file, be it since a moment ago."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return None
 
 
 def _reserve(folders: Iterable[Path], rig: str, size: int) -> Path:

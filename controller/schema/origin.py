@@ -95,6 +95,11 @@ def hashes(files: Iterable[Path]) -> dict[str, str]:
     for path in files:
         with contextlib.suppress(OSError):
             if path.is_file():
-                with path.open("rb") as file:
-                    found[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
+                found[path.name] = sha256(path)
     return found
+
+
+def sha256(path: Path) -> str:
+    """That of what the file at `path` holds, in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

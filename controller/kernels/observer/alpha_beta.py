@@ -33,7 +33,7 @@ class AlphaBeta(Group):
 
 @kernel
 def begin_point(j: int, x: float, y: float, noise: float, point: AlphaBeta) -> None:
-    """Begin point j at (x, y) [m], at rest, whatever was before. Not in the paper. In place: point."""
+    """Begin point j at (x, y) [m], at rest; what it had is forgotten. Not in the paper. In place: point."""
     point.x[j, 0], point.x[j, 1] = x, y
     point.rate[j, 0] = point.rate[j, 1] = 0.0
     point.innovation[j] = noise

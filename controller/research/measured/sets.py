@@ -1,11 +1,12 @@
 """The sets of measured data: where each is to be had, what is asked of it, and the rows that come of it."""
 
-import hashlib
+import glob
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple, TypedDict
 
 from controller.errors import ParameterError
+from controller.schema.origin import sha256
 
 DEEP = 3
 """Folders between the one that is given and a repository."""
@@ -62,7 +63,7 @@ class Row(TypedDict):
 def find(folder: Path, inner: str) -> Path | None:
     """The file whose path in its repository is `inner`, for repositories as cloned into `folder`."""
     for deep in range(DEEP + 1):
-        if found := next(iter(sorted(folder.glob("*/" * deep + _escaped(inner)))), None):
+        if found := next(iter(sorted(folder.glob("*/" * deep + glob.escape(inner)))), None):
             return found
     return None
 
@@ -95,7 +96,7 @@ def rows(one: MeasuredSet, folder: Path) -> list[Row]:
     found = {inner: find(folder, inner) for inner in one.files}
     there = {inner: path for inner, path in found.items() if path is not None}
     missing = [inner for inner in one.files if inner not in there]
-    hashes = {inner: hashlib.sha256(path.read_bytes()).hexdigest() for inner, path in there.items()}
+    hashes = {inner: sha256(path) for inner, path in there.items()}
     if missing:
         return [_row(one.name, asked, None, {}, hashes, missing) for asked in one.questions]
     answers = zip(one.questions, one.answers(there), strict=True)
@@ -120,7 +121,3 @@ def _row(
         files=files,
         missing=missing,
     )
-
-
-def _escaped(inner: str) -> str:
-    return "".join(f"[{one}]" if one in "[*?" else one for one in inner)

@@ -1,12 +1,13 @@
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from controller.errors import LayoutMismatch, RigUnreachable, TendrilError
-from controller.realtime.ring import LAYOUT_WORD, ROW_WORDS, Ring, create_ring, find_ring, ring_push
+from controller.realtime.ring import LAYOUT_WORD, ROW_WORDS, Ring, create_ring, find_ring, ring_path, ring_push
 from tests.controller import ring_writer
 
 pytestmark = pytest.mark.alone
@@ -72,6 +73,27 @@ def test_a_ring_of_another_layout_or_no_ring_is_refused(tmp_path: Path) -> None:
         find_ring("other", tmp_path)
     with pytest.raises(RigUnreachable, match="no telemetry ring of rig 'none'"):
         find_ring("none", tmp_path)
+
+
+def test_a_ring_that_goes_while_it_is_looked_for_is_none(tmp_path: Path) -> None:
+    path, over, interval = ring_path("brief", tmp_path), threading.Event(), sys.getswitchinterval()
+
+    def come_and_go() -> None:
+        while not over.is_set():
+            path.touch()
+            path.unlink()
+
+    other = threading.Thread(target=come_and_go)
+    sys.setswitchinterval(1e-6)
+    other.start()
+    try:
+        for _ in range(2000):
+            with pytest.raises(RigUnreachable):
+                find_ring("brief", tmp_path)
+    finally:
+        over.set()
+        other.join()
+        sys.setswitchinterval(interval)
 
 
 def test_without_room_nothing_is_left_behind_and_the_error_says_where(tmp_path: Path) -> None:
