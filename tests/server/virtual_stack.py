@@ -20,8 +20,9 @@ from controller.virtual.process import VirtualProcess
 from server.campaign import trace
 from server.campaign.person import Person
 from server.campaign.rows.wires import WAIVED
+from server.campaign.scene import EMPTY_MAX_S
 from server.campaign.table import GAP
-from server.campaign.waiting import Failed, wait
+from server.campaign.waiting import Failed, require, wait
 from tests.server.live_server import PATIENT
 from tests.turns import VIRTUAL_RIG, turn
 
@@ -53,10 +54,16 @@ class Stack(NamedTuple):
         return {one["role"]: one for one in self.person.ask("GET", "/api/drivers")["drivers"]}
 
     def arm(self) -> None:
-        """From wherever things are to HOLD, once the devices run."""
+        """From wherever things are to HOLD, once the devices run and the chambers are empty."""
         wait(lambda: all(one["state"] == "running" for one in self.drivers().values()), 20.0, "devices that run", 0.1)
-        for request in ("e_stop", "clear", "arm"):
+        for request in ("e_stop", "clear"):
             self.person.command(request)
+        wait(self._armed, EMPTY_MAX_S, "chambers that are empty, so that it arms", 0.1)
+
+    def _armed(self) -> bool:
+        answer = self.person.request("POST", "/api/command", request="arm")
+        require(answer.is_success or "wait until it is empty" in answer.text, f"arming was refused: {answer.text}")
+        return answer.is_success
 
     def run(self, reference: str, seconds: float = 120.0) -> dict[str, Any]:
         """Follow a reference of the library to its end; what came of it."""
