@@ -31,6 +31,8 @@ NEWEST_LABELS = """async () => {
   const [newest] = await (await fetch("/api/recordings")).json();
   return newest.bookmarks.map(({ label }) => label);
 }"""
+DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Two frames later: nobody's next press comes sooner."""
 
 
 @pytest.fixture
@@ -85,6 +87,7 @@ def test_a_bookmark_is_set_by_key_named_by_typing_and_found_again(operator: Page
     expect(labels).to_have_count(1)
     expect(labels).to_have_value("let go")
     operator.get_by_test_id("bookmark-seek").click()
+    operator.evaluate(DRAWN)
     at = float(operator.get_by_test_id("bookmark-seek").inner_text().split()[0])
     operator.get_by_test_id("export").click()
     start = float(operator.get_by_test_id("export-from").input_value() or 0)
