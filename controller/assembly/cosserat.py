@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.assembly.plant_parts import bent, camera, chambers, damping_ratio, faults
-from controller.assembly.rod import NO_STIFFNESS, computable, profile, rest_bend, spread
+from controller.assembly.rod import NO_STIFFNESS, chamber_ends, computable, covered, profile, rest_bend, spread
 from controller.errors import ParameterError
 from controller.kernels.model.friction import Sheet
 from controller.kernels.plant.cosserat import STICKING, Cosserat, Pairs
@@ -108,7 +108,8 @@ def bend_stiffness(actuator: Actuator, n: int) -> Array:
 
 def still(rod: CosseratRod) -> RodForces:
     """Of a rod that nothing but gravity acts on."""
-    return RodForces(rod.k.copy(), np.zeros(rod.m.size), np.zeros((2, rod.m.size)))
+    n = rod.m.size
+    return RodForces(rod.k.copy(), np.zeros(n), np.zeros((2, n)), np.zeros(n))
 
 
 def rest_of(rod: CosseratRod, forces: RodForces | None = None) -> Array:
@@ -121,11 +122,12 @@ def rest_of(rod: CosseratRod, forces: RodForces | None = None) -> Array:
     fall = math.sqrt(length / max(float(np.hypot(*rod.g)), TINY))
     h = PACE * min(swing, fall)
     creeping = rod._replace(alpha=0.0, beta=h / 2)  # all stress is that at the end of a step: Euler backward
-    pose = np.stack([rod.l * np.arange(1, n + 1), np.zeros(n), np.zeros(n)])
+    loads = forces or still(rod)
+    pose = np.stack([rod.l * np.cumsum(1.0 + loads.longer), np.zeros(n), np.zeros(n)])
     motion, newton = RodMotion(pose, np.zeros((3, n)), np.zeros((3, n))), make_newton(n)
     for _ in range(SETTLING):
         motion.v[:] = motion.way[:] = 0.0
-        rod_step(creeping, forces or still(rod), h, motion, newton)
+        rod_step(creeping, loads, h, motion, newton)
         if np.abs(motion.way / [[length], [length], [1.0]]).max() < SETTLED:
             return pose
     raise ParameterError("gravity, mass and k: the Cosserat plant comes to no rest")
@@ -160,12 +162,15 @@ def damped(rod: CosseratRod, rest: Array, twin: TwinParameters, zeta: float) -> 
 def pairs(parameters: RigParameters) -> Pairs:
     """The chamber pairs, empty; each reaches from the end of one rod of the table to that of another."""
     actuator, own, dt = parameters.actuator, parameters.twin.cosserat, parameters.controller.dt
-    full = actuator.u_max * np.array(actuator.pressure_map)
-    known = np.array(actuator.stiffening) * full
+    full, ends = actuator.u_max * actuator.chamber_slopes[::2], chamber_ends(actuator)
+    shares = np.array([actuator.stiffening, actuator.stretching])
+    stiffening, stretching = shares * actuator.u_max * actuator.pair_slopes
     return Pairs(
-        share=np.column_stack([covered(own.elements, *ends) for ends in chamber_ends(actuator)]),
+        share=np.column_stack([covered(bend_edges(own.elements), *pair) for pair in ends]),
+        along=np.column_stack([covered(np.linspace(0.0, 1.0, own.elements + 1), *pair) for pair in ends]),
         full=full,
-        stiffening=known if known.any() else np.full(2, own.stiffening),
+        stiffening=stiffening if stiffening.any() else np.full(2, own.stiffening),
+        stretching=stretching,
         slack=np.array(own.pair_hysteresis) * full / STICKING,
         keep=np.array([math.exp(-dt / lag) if lag > 0.0 else 0.0 for lag in own.lag]),
         difference=np.zeros(2),
@@ -174,15 +179,6 @@ def pairs(parameters: RigParameters) -> Pairs:
     )
 
 
-def chamber_ends(actuator: Actuator) -> Array:
-    """Where each pair begins and ends (2,2), as shares of the length: by the table at the ends of two of its rods."""
-    if actuator.chamber_arcs is not None:
-        return np.array(actuator.chamber_arcs) / actuator.length
-    return np.array(actuator.chambers) / actuator.table_rods
-
-
-def covered(n: int, first: float, last: float) -> Array:
-    """Share (n,) of the cell about each bend of n elements that lies between two shares of the length."""
-    edges = np.concatenate([[0.0], (np.arange(n) + 0.5) / n])
-    within = np.clip(edges, first, last)
-    return np.asarray(np.diff(within) / np.diff(edges))
+def bend_edges(n: int) -> Array:
+    """Ends (n+1,) of the cells about the bends of n elements, as shares of the length."""
+    return np.concatenate([[0.0], (np.arange(n) + 0.5) / n])

@@ -56,14 +56,15 @@ def carrying(body: Body, torque: Array) -> Body:
     return body._replace(bend=body.bend + np.cumsum(torque[::-1])[::-1] / body.k)
 
 
-def body_of(chain: ChainStatics | RodModel, T_theta: Array | None = None, stiffening: Array | None = None) -> Body:
-    """What the kernels want to know of a chain on whose angles u acts by T_theta (N,2); without it by nothing.
+def body_of(chain: ChainStatics | RodModel) -> Body:
+    """What the kernels want to know of a chain on which no u acts."""
+    none = np.zeros((0, 2))
+    return Body(chain.k, chain.bend, np.zeros((chain.k.size, 2)), gravity_arms(chain) * chain.g[:, None], none, none)
 
-    `stiffening` (N,2) [1/(N m)] as in Body; without it no pressure stiffens the chain.
-    """
-    T = np.zeros((chain.k.size, 2)) if T_theta is None else T_theta
-    by_pressure = np.zeros((0, 2)) if stiffening is None else stiffening
-    return Body(chain.k, chain.bend, T, gravity_arms(chain) * chain.g[:, None], by_pressure)
+
+def driven_body(model: RodModel) -> Body:
+    """The same with what u does to it: its torques, and what its pressures make of stiffness and lengths."""
+    return body_of(model)._replace(T_theta=model.T_theta, stiffening=model.stiffening, stretching=model.stretching)
 
 
 def gravity_arms(body: ChainStatics | RodModel) -> Array:

@@ -30,7 +30,7 @@ def chambers(parameters: RigParameters, torque_gain: tuple[float, float]) -> Cha
         raw=np.zeros(1, np.int64),
         valve=tuned_valve(twin, dt),
         broken=np.zeros(3, np.int64),
-        torque_per_pascal=twin.kappa * np.array(torque_gain) / np.array(parameters.actuator.pressure_map),
+        torque_per_pascal=twin.kappa * np.repeat(torque_gain, 2) / parameters.actuator.chamber_slopes,
     )
 
 

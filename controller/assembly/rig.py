@@ -14,6 +14,7 @@ from controller.kernels.memory import PLAN, STATE, Control, Sensing
 from controller.kernels.model.energy import make_ledger, open_ledger
 from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.implicit import make_implicit_work
+from controller.kernels.model.pressed import owning, unpressed
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places, points_on
 from controller.kernels.observer.alpha_beta import AlphaBeta
@@ -65,7 +66,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
         dt=controller.dt,
         controller=to_record(controller),
         limits=limits_of(parameters),
-        pascal_per_torque=np.array(actuator.pressure_map),
+        pascal_per_torque=actuator.chamber_slopes,
         smap=static_map(actuator, controller),
         scratch=make_scratch(controller.rods),
         q=observer.state.q,
@@ -81,7 +82,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
 
 def require_pressure(actuator: Actuator, limits: SafetyLimits) -> None:
     """Raise ParameterError if full torque takes a pressure at which the rig stops itself."""
-    needed = actuator.u_max * max(actuator.pressure_map)
+    needed = actuator.u_max * max(actuator.chamber_slopes)
     if needed > limits.pressure_max:
         raise ParameterError(
             f"u_max = {actuator.u_max} N m needs {needed:.0f} Pa: an E-STOP of the rig, above its limit of "
@@ -143,8 +144,9 @@ def build_observer(
 
     No spring pulls with more than `pull_max` [N], and samples older than `old` [s] are not used.
     """
-    own = model._replace(k=model.k.copy())
-    length, rods = float(model.L.sum()), model.L.size
+    own, rods = owning(model), model.L.size
+    sensors, arcs = sensor_places(model), float(model.L.sum()) * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)
+    backbone = places(model, arcs)
     state, ledger = at_rest(model), make_ledger()
     open_ledger(model, state, ledger)
     least = controller.observer_beta * model.k if controller.integrator == Integrator.IMPLICIT else 0.0
@@ -168,9 +170,9 @@ def build_observer(
         level_hat=np.zeros(2),
         torque=np.zeros(2),
         level=np.zeros(2),
-        soft=model.k,
-        sensors=sensor_places(model),
-        backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
+        unpressed=unpressed(model, sensors, backbone),
+        sensors=sensors,
+        backbone=backbone,
         points=np.zeros((SENSORS, 2)),
         seat=make_reseat_state(rods, SENSORS),
         predicts=controller.carry_on and controller.predict,

@@ -63,6 +63,7 @@ def build_rod(actuator: Actuator, rods: int, *, omega_B: float = 100.0, zeta_B: 
         rest=rest,
         compliance=compliance,
         stiffening=stiffening(actuator, T_theta),
+        stretching=stretching(actuator, rods),
         m_inv=1 / m,
         I_inv=1 / I,
     )
@@ -152,7 +153,27 @@ def stiffening(actuator: Actuator, T_theta: Array) -> Array:
     if not any(actuator.stiffening):
         return np.zeros((0, 2))
     reached = np.cumsum(T_theta[::-1], axis=0)[::-1]
-    return np.asarray(np.array(actuator.stiffening) * np.array(actuator.pressure_map) * reached)
+    return np.asarray(np.array(actuator.stiffening) * actuator.pair_slopes * reached)
+
+
+def stretching(actuator: Actuator, rods: int) -> Array:
+    """Share of the rods' lengths that |u1| and |u2| add (N,2) [1/(N m)], by their pressures; (0,2) for none."""
+    if not any(actuator.stretching):
+        return np.zeros((0, 2))
+    reached = [covered(np.linspace(0.0, 1.0, rods + 1), *pair) for pair in chamber_ends(actuator)]
+    return np.asarray(np.array(actuator.stretching) * actuator.pair_slopes * np.column_stack(reached))
+
+
+def chamber_ends(actuator: Actuator) -> Array:
+    """Where each pair begins and ends (2,2), as shares of the length: by the table at the ends of two of its rods."""
+    if actuator.chamber_arcs is not None:
+        return np.array(actuator.chamber_arcs) / actuator.length
+    return np.array(actuator.chambers) / actuator.table_rods
+
+
+def covered(edges: Array, first: float, last: float) -> Array:
+    """Share (n,) of each cell between `edges` (n+1,) that lies between `first` and `last`."""
+    return np.asarray(np.diff(np.clip(edges, first, last)) / np.diff(edges))
 
 
 def stiffest(model: RodModel, u_max: float) -> Array:

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from controller.arrays import Mask, Words
-from controller.assembly.equilibrium import body_of
+from controller.assembly.equilibrium import driven_body
 from controller.assembly.polygon import build_polygon
 from controller.assembly.poses import start_poses
 from controller.assembly.rod import build_rod, hastened
@@ -27,7 +27,7 @@ def build_statics(model: RodModel, u_max: float) -> Statics:
         L=model.L,
         rest=model.rest,
         compliance=model.compliance,
-        body=body_of(model, model.T_theta, model.stiffening),
+        body=driven_body(model),
         u_max=u_max,
         starts=np.zeros((0, 0, model.L.size)),
     )

@@ -10,6 +10,7 @@ from controller.assembly.rod import build_rod, computable, stiffest
 from controller.assembly.stability import sensor_places, slowest, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
 from controller.kernels.model.implicit import make_implicit_work
+from controller.kernels.model.pressed import owning, unpressed
 from controller.kernels.model.rod import RodModel, make_load, make_work
 from controller.kernels.model.statics import at_rest, places
 from controller.kernels.plant.twin import Creep, Twin
@@ -35,16 +36,17 @@ def _built(parameters: RigParameters) -> Twin:
     model = twin_model(actuator, twin)
     tightest = model._replace(k=stiffest(model, actuator.u_max) * (1.0 + sum(twin.creep) + twin.hysteresis))
     rods, length, bends = twin.rods, actuator.length, np.diff(model.rest, prepend=0.0)
-    pneumatics = chambers(parameters, twin.torque_gain)
+    pneumatics, own = chambers(parameters, twin.torque_gain), owning(model)
+    markers, backbone = sensor_places(model), places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1))
     return Twin(
-        model=model._replace(k=model.k.copy()),
-        soft=model.k,
-        torque_per_pascal=1.0 / np.array(actuator.pressure_map),
+        model=own,
+        unpressed=unpressed(model, markers, backbone),
+        torque_per_pascal=1.0 / actuator.chamber_slopes,
         state=at_rest(model),
         load=make_load(rods),
         work=make_work(rods),
         integrator=twin.integrator,
-        creeping=model._replace(k=model.k * (1.0 + sum(twin.creep))),
+        creeping=own._replace(k=model.k * (1.0 + sum(twin.creep))),
         implicit_work=make_implicit_work(rods),
         dt=dt,
         substeps=substeps_of(twin, tightest, dt, actuator.u_max),
@@ -54,8 +56,8 @@ def _built(parameters: RigParameters) -> Twin:
         chambers=pneumatics,
         camera=camera(twin, dt),
         faults=faults(twin, pneumatics),
-        markers=sensor_places(model),
-        backbone=places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)),
+        markers=markers,
+        backbone=backbone,
         ticks=np.zeros(1, np.int64),
         seed=np.array([twin.seed], np.uint64),
     )

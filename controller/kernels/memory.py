@@ -104,7 +104,7 @@ class Control(Group):
     limits: Rows
     """SafetyLimits, one record."""
     pascal_per_torque: Array
-    """Chamber pressure per u_j (2,) [Pa/(N m)]."""
+    """Pressure of each chamber per u_j (4,) [Pa/(N m)]."""
     smap: StaticMap
     scratch: Scratch
     """Of the loop's thread, for the static map."""

@@ -47,6 +47,8 @@ LIGHTEST = 1e-3
 """Least mass of a body [kg]: a gram."""
 STIFFER_MAX = 20.0
 """Most that pressure may add to a joint's stiffness, as a share of it."""
+LONGER_MAX = 0.5
+"""Most that pressure may add to a part's length, as a share of it."""
 RATIO_MAX = 1e4
 """Largest over smallest value of a profile, and tip load over mass: beyond it the chain's equations lose digits."""
 
@@ -59,7 +61,9 @@ Density = Annotated[float, Bounds(ge=1e-3, le=1e3)]
 Curvature = Annotated[float, Bounds(ge=-100.0, le=100.0)]
 Acceleration = Annotated[float, Bounds(ge=-20.0, le=20.0)]
 Stiffening = Annotated[float, Bounds(ge=0.0, le=1e-3)]
+Stretching = Annotated[float, Bounds(ge=0.0, le=1e-4)]
 PressureSlope = Annotated[float, Bounds(ge=1e4, le=1e9)]
+PressureSlopes = Annotated[tuple[PressureSlope, ...], Bounds(min_length=2, max_length=4)]
 Rod = Annotated[int, Bounds(ge=0, le=1000)]
 ReplayGain = Annotated[float, Bounds(ge=0.0, le=1e5)]
 ReplayDamping = Annotated[float, Bounds(ge=0.0, le=1e3)]
@@ -162,11 +166,14 @@ class Actuator(Model):
     """
     stiffening: Annotated[tuple[Stiffening, Stiffening], Q("1/Pa", "", (2,))] = (0.0, 0.0)
     """Share of k that the pressures of a chamber pair, added, give to it where the pair reaches."""
+    stretching: Annotated[tuple[Stretching, Stretching], Q("1/Pa", "", (2,))] = (0.0, 0.0)
+    """Share of the length that the pressures of a chamber pair, added, give to it where the pair reaches."""
     u_max: Annotated[float, Bounds(ge=U_MAX_LEAST, le=0.2), Q("N m", "u_max")] = 0.060
     bend_max: Annotated[float, Bounds(ge=0.01, le=12.0), Q("rad")] = 5.6
     """Coupled limit on the static tip angle, counted from rest: beyond it the body would touch itself (ours)."""
-    pressure_map: Annotated[tuple[PressureSlope, PressureSlope], Q("Pa/(N m)", "", (2,))] = (4.0216e6, 4.0216e6)
-    """Differential pressure of a chamber pair per torque, for u1 and u2: with the default, u_max needs 35 psi."""
+    pressure_map: Annotated[PressureSlopes, Q("Pa/(N m)")] = (4.0216e6, 4.0216e6)
+    """Pressure per torque, of both pairs (u1, u2) or of each chamber (u1+, u1-, u2+, u2-): with the default, u_max
+    needs 35 psi."""
     pressure_max: Annotated[float, Bounds(ge=1e3, le=1e6), Q("Pa", "p_max")] = 241.3e3
     """Highest chamber pressure that is ever commanded (35 psi; the paper gives no range)."""
     tracking: Tracking | None = None
@@ -205,25 +212,43 @@ class Actuator(Model):
         for begin, end in self.chamber_arcs or ():
             if not begin < end <= self.length * (1 + ROUNDING):
                 raise ValueError(f"chamber_arcs ({begin} m, {end} m): first < second <= length = {self.length} m")
-        for j, share in enumerate(self.stiffening):
-            if 2.0 * self.pressure_max * share > STIFFER_MAX:
-                most = STIFFER_MAX / (2.0 * self.pressure_max)
-                raise ValueError(
-                    f"stiffening of pair {j + 1} = {share:g} /Pa is above {most:.3g} /Pa, with which two chambers at "
-                    f"pressure_max = {self.pressure_max:g} Pa stiffen {1 + STIFFER_MAX:g} times"
-                )
+        _check_pressed(self, "stiffening", STIFFER_MAX, f"stiffen {1 + STIFFER_MAX:g} times")
+        _check_pressed(self, "stretching", LONGER_MAX, f"lengthen by {LONGER_MAX:.0%}")
         if self.tracking is not None and self.tracking.arcs[-1] > BEYOND * self.length:
             raise ValueError(
                 f"length = {self.length} m: tracking.arcs ends at {self.tracking.arcs[-1]} m, beyond the tip"
             )
         if self.tracking is not None and self.tracking.k_across and len(self.tracking.k_across) != len(self.k):
             raise ValueError(f"k has {len(self.k)} values, tracking.k_across {len(self.tracking.k_across)}")
+        if len(self.pressure_map) == 3:
+            raise ValueError("pressure_map has 3 values: 2 (of the pairs) or 4 (of the chambers) are allowed")
         needed = self.u_max * max(self.pressure_map)
         if needed > self.pressure_max:
             raise ValueError(
                 f"u_max = {self.u_max} N m needs {needed:.0f} Pa, above pressure_max = {self.pressure_max}"
             )
         return self
+
+    @property
+    def chamber_slopes(self) -> Array:
+        """Pressure per torque of the chambers u1+, u1-, u2+, u2- (4,) [Pa/(N m)]."""
+        return np.repeat(self.pressure_map, 4 // len(self.pressure_map))
+
+    @property
+    def pair_slopes(self) -> Array:
+        """The mean of both chambers of each pair (2,) [Pa/(N m)]."""
+        return np.asarray(self.chamber_slopes.reshape(2, 2).mean(axis=1))
+
+
+def _check_pressed(actuator: Actuator, name: str, share_max: float, what: str) -> None:
+    """ValueError where two chambers at pressure_max do more than `share_max` by the slopes of this name."""
+    most = share_max / (2.0 * actuator.pressure_max)
+    for j, share in enumerate(getattr(actuator, name)):
+        if share > most:
+            raise ValueError(
+                f"{name} of pair {j + 1} = {share:g} /Pa is above {most:.3g} /Pa, with which two chambers at "
+                f"pressure_max = {actuator.pressure_max:g} Pa {what}"
+            )
 
 
 def halves(length: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -141,7 +141,8 @@ def driving_torque(pressure: Array, sent: Array, parameters: RigParameters) -> t
 
     `sent` (n,2) [N m]: the observer's delayed and lagged input.
     """
-    found = (pressure[:, ::2] - pressure[:, 1::2]) / np.array(parameters.actuator.pressure_map)
+    torque = pressure / parameters.actuator.chamber_slopes
+    found = torque[:, ::2] - torque[:, 1::2]
     follow = np.ptp(found, axis=0) >= PRESSURES_LEAST * np.ptp(sent, axis=0)
     return (found, True) if np.isfinite(found).all() and follow.all() else (sent, False)
 

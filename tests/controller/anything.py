@@ -57,7 +57,9 @@ def actuators(draw: some.DrawFn) -> dict[str, Any]:
     fields["rest_curvature"] = draw(some.just(0.0) | profiles(Curvature, 3.0, rods, alike))
     fields["gravity"] = draw(some.just([0.0, 0.0]) | some.lists(some.floats(-20.0, 20.0), min_size=2, max_size=2))
     slope = within(*bounds(PressureSlope), P1.pressure_map[0], alike)
-    fields["pressure_map"] = draw(some.just(list(P1.pressure_map)) | some.lists(slope, min_size=2, max_size=2))
+    slopes = some.sampled_from([2, 4]).flatmap(lambda count: some.lists(slope, min_size=count, max_size=count))
+    fields["pressure_map"] = draw(some.just(list(P1.pressure_map)) | slopes)
+    fields["stretching"] = draw(some.just([0.0, 0.0]) | some.lists(some.floats(0.0, 5e-7), min_size=2, max_size=2))
     middle = draw(some.integers(1, rods - 1))
     pairs = some.lists(some.integers(0, rods), min_size=2, max_size=2)
     fields["chambers"] = draw(

@@ -16,6 +16,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.research.identification.motion.damping import log_decrement
 from controller.research.identification.poses import Poses, predict
+from controller.research.identification.static_form import MEANT
 from controller.research.identification.statics import fit_statics
 from controller.schema.actuator import PRESETS, Actuator
 from controller.simulation.first_mode import first_mode
@@ -88,8 +89,7 @@ def pressed(truth: Actuator, count: int, seed: int) -> Poses:
     given = Poses(
         Path("made.csv"),
         np.arange(2.0, count + 2),
-        p[:, ::2] - p[:, 1::2],
-        p[:, ::2] + p[:, 1::2],
+        p,
         True,
         np.zeros((count, 2, 2)),
         arcs,
@@ -103,7 +103,8 @@ def statics(name: str, truth: Actuator, numbers: dict[str, float], poses: int, t
 
     def once(seed: int) -> dict[str, Estimated]:
         shape = "linear" if len(truth.EI or truth.k) == 2 else "uniform"
-        base = truth.model_copy(update={"stiffening": (0.0, 0.0)})
+        told = {"stiffening": (0.0, 0.0), "stretching": (0.0, 0.0), "pressure_map": P1.pressure_map}
+        base = truth.model_copy(update=told)
         fit = fit_statics(pressed(truth, poses, seed), base, shape)
         return {one.name: one for one in fit.parameters}
 
@@ -141,12 +142,24 @@ P1 = PRESETS["P1"]
 TAPERED = P1.model_copy(update={"k": (0.070, 0.030)})
 STIFFENED = P1.model_copy(update={"stiffening": (1.24e-6, 0.8e-6)})
 KP = {"k": P1.k[0], "stiffening of pair 1": 1.24e-6, "stiffening of pair 2": 0.8e-6}
+STRETCHED = STIFFENED.model_copy(update={"stretching": (2.1e-7, 1.5e-7)})
+LP = {**KP, "stretching of pair 1": 2.1e-7, "stretching of pair 2": 1.5e-7}
+RATIOS = {"u1- over u1+": 1.1, "u2- over u2+": 0.92, "pair 2 over pair 1": 1.06}
+GAINS = {"k": P1.k[0]} | {f"pressure for the same torque, {name}": ratio for name, ratio in RATIOS.items()}
+UNEVEN = P1.model_copy(
+    update={
+        "pressure_map": tuple((P1.chamber_slopes * np.exp(MEANT @ np.log(list(RATIOS.values())))).tolist()),
+        "u_max": 0.055,
+    }
+)
 RIGID = Actuator.model_validate({"name": "rigid", "mass": 0.1, "length": 0.253, "EI": [2e-3], "beta": 1e-3})
 ALL: tuple[Callable[[int], Iterator[Coverage]], ...] = (
     *(lambda times, n=n, rate=rate: decays(n, rate, times) for n in (3, 8, 20) for rate in RATES),
     *(lambda times, n=n: statics("k", P1, {"k": P1.k[0]}, n, times) for n in (4, 16)),
     lambda times: statics("taper", TAPERED, {"k, base joint": 0.070, "k, tip joint": 0.030}, 8, times),
     *(lambda times, n=n: statics("k(p)", STIFFENED, KP, n, times) for n in (12, 45)),
+    *(lambda times, n=n: statics("k(p) and L(p)", STRETCHED, LP, n, times) for n in (12, 45)),
+    *(lambda times, n=n: statics("gains", UNEVEN, GAINS, n, times) for n in (12, 45)),
     lambda times: statics("EI", RIGID, {"EI": 2e-3}, 8, times),
     *(lambda times, n=n, noise=noise: swings(n, noise, times) for n in (2, 3, 6) for noise in (1e-4, 1e-3)),
     *(lambda times, noise=noise: pneumatics(noise, times) for noise in (100.0, 300.0, 1000.0)),

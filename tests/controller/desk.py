@@ -49,7 +49,7 @@ class Desk:
             row = self.telemetry[0]
             tick(self.now, self.command[0], self.measurement[0], self.status[0], self.rig, row)
             if self.air:
-                differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque
+                differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque[::2]
                 self.measurement["pressures"] = (
                     np.column_stack([differences, -differences]).clip(min=0.0).ravel() + self.leak
                 )

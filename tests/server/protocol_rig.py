@@ -132,7 +132,7 @@ class Rig(Ticked):
         self.measurement["markers"] = self.markers + hum
         before, row = self.telemetry[0].copy(), self.telemetry[0]
         tick(self.now, self.command[0], self.measurement[0], self.status[0], self.rig, row)
-        differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque
+        differences = self.rig.observer.u_hat * self.rig.control.pascal_per_torque[::2]
         self.measurement["pressures"] = np.column_stack([differences, -differences]).clip(min=0.0).ravel()
         ring_push(self.ring.header, self.ring.rows, words(self.telemetry))
         self.world.judge(before, row)

@@ -49,20 +49,6 @@ def stored_energy(model: RodModel, q: Array, v: Array) -> float:
 
 
 @inlined
-def bent_energy(model: RodModel, q: Array) -> float:
-    """1/2 q^T K q [J] of the pose q (3,N): what of H goes with the hinges' stiffness.
-
-    Paper, "Stability and Passivity Analysis".
-    """
-    total = before = 0.0
-    for i in range(model.k.size):
-        stretch = q[2, i] - before - model.bend[i]
-        before = q[2, i]
-        total += 0.5 * model.k[i] * stretch * stretch
-    return total
-
-
-@inlined
 def damping_power(model: RodModel, v: Array) -> float:
     """-q'^T B q' [W]: the hinges' dampers and mass-proportional damping, first term of Eq. HDOT."""
     P = omega_before = 0.0

@@ -12,7 +12,7 @@ import numpy as np
 from controller.arrays import Array, Pair
 from controller.kernels.compiled import kernel
 from controller.kernels.group import Group
-from controller.kernels.model.rod import sine_cosine, stiffened
+from controller.kernels.model.rod import sine_cosine, under_levels
 
 ITERATIONS, HALVINGS = 60, 12
 STEP_MAX = 0.5
@@ -42,6 +42,8 @@ class Body(NamedTuple):
     """Torque on theta_i of gravity along x and along y where the rod stands across it (2,N) [N m]."""
     stiffening: Array
     """Share of k that |u1| and |u2| add to it (N,2) [1/(N m)]; (0,2) where pressure does not stiffen."""
+    stretching: Array
+    """Share of a rod's length that they add to it, by which gravity's torque grows (N,2) [1/(N m)]; (0,2) for none."""
 
 
 class Scratch(Group):
@@ -57,24 +59,39 @@ class Scratch(Group):
     """Angles that a step leads to (N,) [rad]."""
     k: Array
     """Stiffness under pressure (N,) [N m/rad]."""
+    weight: Array
+    """Torque of gravity under pressure (2,N) [N m]."""
 
 
 def make_scratch(rods: int) -> Scratch:
     """Scratch of one caller for chains of `rods`."""
-    return Scratch(np.zeros(rods), np.zeros(rods), np.zeros((2, rods)), np.zeros(rods), np.zeros(rods))
+    (theta, pivot, trial, k), (x, weight) = np.zeros((4, rods)), np.zeros((2, 2, rods))
+    return Scratch(theta, pivot, x, trial, k, weight)
 
 
 @kernel
 def under_pressure(body: Body, u1: float, u2: float, scratch: Scratch) -> Body:
-    """The body as stiff as the pressures of u [N m] make it: itself where they make nothing of it.
+    """The body as stiff and as long as the pressures of u [N m] make it: itself where they make nothing of it.
 
-    k_i = k_i(0) (1 + sum_j stiffening_ij |u_j|). Not in the paper, whose stiffness no pressure changes.
-    In place: scratch.k.
+    k_i = k_i(0) (1 + sum_j stiffening_ij |u_j|), and L_i likewise. Not in the paper, where no pressure changes either.
+    In place: scratch.k, scratch.weight.
     """
-    if body.stiffening.shape[0] == 0:
+    stiffens, stretches = body.stiffening.shape[0] > 0, body.stretching.shape[0] > 0
+    if not stiffens and not stretches:
         return body
-    stiffened(body.k, body.stiffening, abs(u1), abs(u2), scratch.k)
-    return Body(scratch.k, body.bend, body.T_theta, body.weight, body.stiffening)
+    if stiffens:
+        under_levels(body.k, body.stiffening, abs(u1), abs(u2), scratch.k)
+    if stretches:
+        for axis in range(2):
+            under_levels(body.weight[axis], body.stretching, abs(u1), abs(u2), scratch.weight[axis])
+    return Body(
+        scratch.k if stiffens else body.k,
+        body.bend,
+        body.T_theta,
+        scratch.weight if stretches else body.weight,
+        body.stiffening,
+        body.stretching,
+    )
 
 
 @kernel

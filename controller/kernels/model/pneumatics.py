@@ -8,7 +8,7 @@ from controller.kernels.compiled import flushed, kernel
 
 @kernel
 def chamber_pressures(u: Array, pascal_per_torque: Array, out_p_set: Array) -> None:
-    """Setpoints (4,) [Pa] of the chambers (u1+, u1-, u2+, u2-) for u (2,) [N m].
+    """Setpoints (4,) [Pa] of the chambers (u1+, u1-, u2+, u2-) for u (2,) [N m], by their slopes (4,).
 
     Linear: u_j > 0 pressurises one chamber of the pair, u_j < 0 the other (paper, "Controller Architecture").
     """
@@ -20,7 +20,7 @@ def chamber_pressures(u: Array, pascal_per_torque: Array, out_p_set: Array) -> N
 def chamber_pressure(u: Array, pascal_per_torque: Array, chamber: int) -> float:
     """Pressure [Pa] of one of them for u (2,) [N m] (paper, "Controller Architecture")."""
     j = chamber // 2
-    return max(u[j] if chamber == 2 * j else -u[j], 0.0) * pascal_per_torque[j] + 0.0
+    return max(u[j] if chamber == 2 * j else -u[j], 0.0) * pascal_per_torque[chamber] + 0.0
 
 
 @kernel

@@ -74,6 +74,8 @@ class RodModel(Group):
     """K_theta^-1 T_theta (N,2) at rest [rad/(N m)]: static angles are rest + compliance u where that is linear."""
     stiffening: Array
     """Share of k that |u1| and |u2| add to it, by the pressures that they need (N,2) [1/(N m)]; (0,2) for none."""
+    stretching: Array
+    """Share of a rod's length that |u1| and |u2| add to it, likewise (N,2) [1/(N m)]; (0,2) for none."""
     m_inv: Array
     """1/m (N,)."""
     I_inv: Array
@@ -134,14 +136,14 @@ def make_load(rods: int, springs: int = 0) -> Load:
 
 
 @kernel
-def stiffened(k: Array, stiffening: Array, level_1: float, level_2: float, out_k: Array) -> None:
-    """Stiffness (N,) [N m/rad] of hinges whose own is k (N,), under the two pairs' pressures.
+def under_levels(own: Array, share: Array, level_1: float, level_2: float, out_pressed: Array) -> None:
+    """What (N,) of hinges or rods becomes of their `own` under the two pairs' pressures, which add a `share` (N,2).
 
-    A level is what a pair's pressures, added, would make of torque if all of them acted one way [N m]: |u_j| where one
-    chamber of each pair is empty. Not in the paper, whose stiffness no pressure changes.
+    Stiffness, lengths and gravity's torques alike. A level is what a pair's pressures would make of torque if both of
+    them acted one way [N m]: |u_j| where one chamber of each pair is empty. Not in the paper, where none changes.
     """
-    for i in range(k.size):
-        out_k[i] = k[i] * (1.0 + stiffening[i, 0] * level_1 + stiffening[i, 1] * level_2)
+    for i in range(own.size):
+        out_pressed[i] = own[i] * (1.0 + share[i, 0] * level_1 + share[i, 1] * level_2)
 
 
 @inlined

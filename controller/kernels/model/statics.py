@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from controller.arrays import Array, Pair, Words
-from controller.kernels.compiled import kernel
+from controller.kernels.compiled import inlined, kernel
 from controller.kernels.group import Group
 from controller.kernels.model.equilibrium import Body, Scratch, equilibrium, under_pressure
 from controller.kernels.model.polygon import Polygon
@@ -25,7 +25,7 @@ class Statics(Group):
     """The static map of a chain of N rods."""
 
     L: Array
-    """(N,) [m]."""
+    """Without pressure (N,) [m]."""
     rest: Array
     """(N,) [rad]."""
     compliance: Array
@@ -177,9 +177,17 @@ def static_tip(statics: Statics, u1: float, u2: float, scratch: Scratch) -> Pair
     x = y = 0.0
     for i in range(statics.L.size):
         s, c = sine_cosine(scratch.theta[i])
-        x += statics.L[i] * c
-        y += statics.L[i] * s
+        L = length_of(statics, i, abs(u1), abs(u2))
+        x += L * c
+        y += L * s
     return x, y
+
+
+@inlined
+def length_of(statics: Statics, i: int, level_1: float, level_2: float) -> float:
+    """Length of rod i under pressure [m], by levels [N m] as of `under_levels`. Not in the paper: see there."""
+    share = statics.body.stretching
+    return statics.L[i] * (1.0 + share[i, 0] * level_1 + share[i, 1] * level_2) if share.shape[0] > 0 else statics.L[i]
 
 
 @kernel

@@ -8,11 +8,12 @@ from controller.arrays import Array, Record, Words
 from controller.kernels.compiled import kernel
 from controller.kernels.group import Group
 from controller.kernels.memory import Control, Sensing
-from controller.kernels.model.energy import Ledger, bent_energy, ledger_step, open_ledger
+from controller.kernels.model.energy import Ledger, ledger_step, open_ledger, stored_energy
 from controller.kernels.model.implicit import ImplicitWork, book_implicit_step, implicit_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.pneumatics import delay, first_order_lag
-from controller.kernels.model.rod import Load, RodModel, RodState, Work, stiffened
+from controller.kernels.model.pressed import Unpressed, close_up, press_chain
+from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on, pose
 from controller.kernels.observer.prediction import Prediction, foresee, learn, predict, reset_prediction
 from controller.kernels.safety.chamber_watch import chambers_broken
@@ -77,13 +78,12 @@ class Observer(Group):
     u_hat: Array
     """What of the sent torques has come through dead time and lag (2,) [N m]."""
     level_hat: Array
-    """Levels of the pairs' pressures with them, as of `stiffened` (2,) [N m]."""
+    """Levels of the pairs' pressures with them, as of `under_levels` (2,) [N m]."""
     torque: Array
     """Torques that act on the model (2,) [N m]: those of the measured pressures, or u_hat."""
     level: Array
     """Levels of the pairs' pressures with them (2,) [N m]."""
-    soft: Array
-    """Stiffness of its hinges without pressure (N,) [N m/rad]."""
+    unpressed: Unpressed
     sensors: Places
     """The markers' material points (10)."""
     backbone: Places
@@ -152,35 +152,39 @@ def measure_torques(p: Array, pascal_per_torque: Array, behind: int, observer: O
     """
     share = 1.0 / (behind + 1.0)
     for j in range(2):
-        torque = (p[2 * j] - p[2 * j + 1]) / pascal_per_torque[j]
-        level = (p[2 * j] + p[2 * j + 1]) / pascal_per_torque[j]
-        observer.torque[j] += share * (torque - observer.torque[j])
-        observer.level[j] += share * (level - observer.level[j])
+        one, other = p[2 * j] / pascal_per_torque[2 * j], p[2 * j + 1] / pascal_per_torque[2 * j + 1]
+        observer.torque[j] += share * (one - other - observer.torque[j])
+        observer.level[j] += share * (one + other - observer.level[j])
 
 
 @kernel
 def pressurise(observer: Observer) -> None:
-    """Load of the chambers alone: Q_theta = T_theta u (paper, "Parameter Estimation"), and how stiff they make it.
+    """Load of the chambers alone: Q_theta = T_theta u (paper, "Parameter Estimation"), how stiff and how long they
+    make it.
 
-    In place: observer.load, observer.model.k, observer.ledger.
+    In place: observer.
     """
-    load, T = observer.load, observer.model.T_theta
-    if observer.model.stiffening.shape[0] > 0:
-        stiffen_hinges(observer)
+    load, model = observer.load, observer.model
+    T = model.T_theta
+    if model.stiffening.shape[0] + model.stretching.shape[0] > 0:
+        press_model(observer)
     for i in range(T.shape[0]):
         load.Q_theta[i] = T[i, 0] * observer.torque[0] + T[i, 1] * observer.torque[1]
 
 
 @kernel
-def stiffen_hinges(observer: Observer) -> None:
-    """Stiffness of the hinges under the pairs' pressures, which thereby do work on what is bent: the ledger has it.
+def press_model(observer: Observer) -> None:
+    """Stiffness and lengths under the pairs' pressures.
 
-    Not in the paper, whose stiffness no pressure changes. In place: observer.model.k, observer.ledger.
+    They do work on what is bent or hangs, which the ledger has. Not in the paper, where no pressure changes them.
+    In place: observer.
     """
-    model, q = observer.model, observer.state.q
-    before = bent_energy(model, q)
-    stiffened(observer.soft, model.stiffening, observer.level[0], observer.level[1], model.k)
-    observer.ledger.given[0] += bent_energy(model, q) - before
+    model, state, level = observer.model, observer.state, observer.level
+    before = stored_energy(model, state.q, state.v)
+    press_chain(level[0], level[1], observer.unpressed, model, observer.sensors, observer.backbone)
+    close_up(model, state.q)
+    close_up(model, observer.prediction.state.q)
+    observer.ledger.given[0] += stored_energy(model, state.q, state.v) - before
 
 
 @kernel
@@ -320,12 +324,11 @@ def reset_observer(observer: Observer) -> None:
 
     Initial conditions: paper, "Dynamic observer". In place: observer.
     """
+    press_chain(0.0, 0.0, observer.unpressed, observer.model, observer.sensors, observer.backbone)
     pose(observer.model, observer.model.rest, observer.state.q)
     for row in range(3):
         for i in range(observer.model.L.size):
             observer.state.v[row, i] = 0.0
-    if observer.model.stiffening.shape[0] > 0:
-        stiffened(observer.soft, observer.model.stiffening, 0.0, 0.0, observer.model.k)
     for j in range(2):
         observer.u_hat[j] = observer.level_hat[j] = observer.torque[j] = observer.level[j] = 0.0
         for slot in range(observer.dead_time.shape[0]):

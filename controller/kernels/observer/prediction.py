@@ -37,7 +37,7 @@ class Prediction(Group):
     """The model that the torques alone move, and where the markers were seen, off it and by themselves."""
 
     model: RodModel
-    """The observer's, with the actuator's own damping; they share their stiffness."""
+    """The observer's, with the actuator's own damping; they share their stiffness and lengths."""
     state: RodState
     load: Load
     """The torques on it; no springs."""

@@ -24,10 +24,15 @@ class Pairs(Group):
 
     share: Array
     """Of the cell about each bend the part along which each pair acts (n,2) [1]."""
+    along: Array
+    """Of each element the same part (n,2) [1]."""
     full: Array
-    """Sum of the pressures of a pair at which it stiffens the rod by `stiffening` (2,) [Pa]."""
+    """Sum of the pressures of a pair, as of its first chamber's, at which it stiffens the rod by `stiffening` and
+    stretches it by `stretching` (2,) [Pa]."""
     stiffening: Array
     """Bending stiffness that full pressure of each adds, as a share (2,) [1]."""
+    stretching: Array
+    """Length that full pressure of each adds, as a share (2,) [1]."""
     slack: Array
     """Difference of the pressures over which a pair's slider sticks, half of it to either side (2,) [Pa]."""
     keep: Array
@@ -81,7 +86,7 @@ def cosserat_step(t_ns: int, plant: Cosserat, telemetry: Record, out_measurement
         dump(plant.dt, chambers)
     fill_chambers(tick, telemetry.pressure_cmd, plant.dt, chambers)
     drive(chambers, plant.pairs)
-    stiffen(plant.rod, chambers.pressure, plant.pairs, plant.forces)
+    stiffen(plant.rod, chambers, plant.pairs, plant.forces)
     rub(plant.rod.m, motion.v, plant.dt, plant.sheet, plant.forces.F)
     rod_step(plant.rod, plant.forces, plant.dt, motion, plant.newton)
     for j in range(4):
@@ -104,24 +109,29 @@ def drive(chambers: Chambers, pairs: Pairs) -> None:
     The slider follows only beyond its slack (play, Prandtl and Ishlinskii): the torque runs around a loop whose width
     no rate has a part in. Not in the paper: flaws of the plant. In place: pairs.
     """
+    p, per = chambers.pressure, chambers.torque_per_pascal
     for j in range(2):
-        difference = chambers.pressure[2 * j] - chambers.pressure[2 * j + 1]
+        difference = p[2 * j] - p[2 * j + 1] * (per[2 * j + 1] / per[2 * j])
         held = pairs.stretched[j] + difference - pairs.difference[j]
         pairs.stretched[j] = min(pairs.slack[j], max(-pairs.slack[j], held))
         pairs.difference[j] = difference
-        torque = chambers.torque_per_pascal[j] * (difference - STICKING * pairs.stretched[j])
+        torque = per[2 * j] * (difference - STICKING * pairs.stretched[j])
         pairs.torque[j] = torque + (pairs.torque[j] - torque) * pairs.keep[j]
 
 
 @kernel
-def stiffen(rod: CosseratRod, pressure: Array, pairs: Pairs, out_forces: RodForces) -> None:
-    """Moments of the pairs in the bends, and the bends' stiffness under pressure (4,) [Pa].
+def stiffen(rod: CosseratRod, chambers: Chambers, pairs: Pairs, out_forces: RodForces) -> None:
+    """Moments of the pairs in the bends, the bends' stiffness and the elements' lengths under pressure.
 
-    Not in the paper, whose stiffness no pressure changes: a flaw of the plant.
+    Not in the paper, where no pressure changes them: a flaw of the plant.
     """
-    level_1 = pairs.stiffening[0] * (pressure[0] + pressure[1]) / pairs.full[0]
-    level_2 = pairs.stiffening[1] * (pressure[2] + pressure[3]) / pairs.full[1]
+    p, per = chambers.pressure, chambers.torque_per_pascal
+    level_1 = (p[0] + p[1] * (per[1] / per[0])) / pairs.full[0]
+    level_2 = (p[2] + p[3] * (per[3] / per[2])) / pairs.full[1]
+    stiffer_1, stiffer_2 = pairs.stiffening[0] * level_1, pairs.stiffening[1] * level_2
+    longer_1, longer_2 = pairs.stretching[0] * level_1, pairs.stretching[1] * level_2
     for i in range(rod.k.size):
         first, second = pairs.share[i, 0], pairs.share[i, 1]
-        out_forces.k[i] = rod.k[i] * (1.0 + first * level_1 + second * level_2)
+        out_forces.k[i] = rod.k[i] * (1.0 + first * stiffer_1 + second * stiffer_2)
         out_forces.moment[i] = first * pairs.torque[0] + second * pairs.torque[1]
+        out_forces.longer[i] = pairs.along[i, 0] * longer_1 + pairs.along[i, 1] * longer_2

@@ -61,6 +61,8 @@ class RodForces(Group):
     """Of the chambers, in each bend (n,) [N m]."""
     F: Array
     """Forces on the free ends of the elements (2,n) [N]."""
+    longer: Array
+    """Stretch of each element at which it carries no force (n,) [1]."""
 
 
 class RodMotion(Group):
@@ -148,7 +150,7 @@ def balance(rod: CosseratRod, forces: RodForces, h: float, motion: RodMotion, ne
     for i in range(n):
         inertia(rod, forces, h, i, motion, newton.row[i])
     for i in range(n):
-        resist_element(rod, h, i, motion, newton)
+        resist_element(rod, forces, h, i, motion, newton)
         resist_bend(rod, forces, h, i, motion, newton.row)
     for i in range(n):
         link(rod, i, newton)
@@ -173,7 +175,7 @@ def inertia(rod: CosseratRod, forces: RodForces, h: float, i: int, motion: RodMo
 
 
 @kernel
-def resist_element(rod: CosseratRod, h: float, i: int, motion: RodMotion, newton: Newton) -> None:
+def resist_element(rod: CosseratRod, forces: RodForces, h: float, i: int, motion: RodMotion, newton: Newton) -> None:
     """Torque and force of the stretched and sheared element i in the right-hand sides, and their slopes.
 
     N and V are the mean stresses of the step, and damping. Not in the paper: Simo, Tarnow and Doblare 1995.
@@ -181,7 +183,8 @@ def resist_element(rod: CosseratRod, h: float, i: int, motion: RodMotion, newton
     """
     at = middle_of(motion.q, motion.way, i)
     later = 0.5 + rod.beta / h
-    N = rod.EA * (newton.strain[i, 0] + later * (at.C * at.moved + 2.0 * at.S * at.across) / rod.l)
+    e = newton.strain[i, 0] - forces.longer[i]
+    N = rod.EA * (e + later * (at.C * at.moved + 2.0 * at.S * at.across) / rod.l)
     V = rod.GA * (newton.strain[i, 1] + later * (at.C * at.slid - 2.0 * at.S * at.along) / rod.l)
     push_element(at, N, V, i, newton.row)
     slope_element(at, N, V, (rod.EA * later / rod.l, rod.GA * later / rod.l), newton.slope[i])

@@ -12,7 +12,8 @@ from controller.kernels.group import Group
 from controller.kernels.model.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.model.implicit import ImplicitWork, implicit_step
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import Load, RodModel, RodState, Work, stiffened
+from controller.kernels.model.pressed import Unpressed, close_up, press_chain
+from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on
 from controller.kernels.plant.camera import NO_SAMPLE, Camera, deliver, expose, open_slot
 from controller.kernels.plant.faults import Faults
@@ -47,10 +48,9 @@ class Twin(Group):
     dt: float
     """Period of the loop [s]."""
     substeps: int
-    soft: Array
-    """Stiffness of the hinges without pressure (N,) [N m/rad]."""
+    unpressed: Unpressed
     torque_per_pascal: Array
-    """Of each pair in the model's units (2,) [N m/Pa]: by it pressures make the levels of `stiffened`."""
+    """Of each chamber in the model's units (4,) [N m/Pa]: by it pressures make the levels of `under_levels`."""
     sheet: Sheet
     creep: Creep
     hysteresis: Hysteresis
@@ -83,8 +83,7 @@ def twin_step(t_ns: int, twin: Twin, telemetry: Record, out_measurement: Record)
     if telemetry.mode == E_STOP:
         dump(twin.dt, twin.chambers)
     fill_chambers(twin.ticks[0], telemetry.pressure_cmd, twin.dt, twin.chambers)
-    if twin.model.stiffening.shape[0] > 0:
-        stiffen_twin(twin)
+    press_twin(twin)
     h = twin.dt / twin.substeps
     for _ in range(twin.substeps):
         press(twin.model, twin.chambers, twin.load.Q_theta)
@@ -102,24 +101,25 @@ def twin_step(t_ns: int, twin: Twin, telemetry: Record, out_measurement: Record)
 
 
 @kernel
-def stiffen_twin(twin: Twin) -> None:
-    """Stiffness of the hinges, and with the branches of the creep, under the chambers' pressures.
+def press_twin(twin: Twin) -> None:
+    """Stiffness of the hinges, and with the branches of the creep, and lengths under the chambers' pressures.
 
-    Not in the paper, whose stiffness no pressure changes. In place: twin.model.k, twin.creeping.k.
+    Not in the paper, where no pressure changes them. In place: twin.model, twin.creeping.k, twin.state.q.
     """
-    p, per_pascal, creep = twin.chambers.pressure, twin.torque_per_pascal, twin.creep.share[0] + twin.creep.share[1]
-    level_1, level_2 = per_pascal[0] * (p[0] + p[1]), per_pascal[1] * (p[2] + p[3])
-    stiffened(twin.soft, twin.model.stiffening, level_1, level_2, twin.model.k)
-    for i in range(twin.soft.size):
+    p, per, creep = twin.chambers.pressure, twin.torque_per_pascal, twin.creep.share[0] + twin.creep.share[1]
+    level_1, level_2 = per[0] * p[0] + per[1] * p[1], per[2] * p[2] + per[3] * p[3]
+    press_chain(level_1, level_2, twin.unpressed, twin.model, twin.markers, twin.backbone)
+    close_up(twin.model, twin.state.q)
+    for i in range(twin.creeping.k.size):
         twin.creeping.k[i] = twin.model.k[i] * (1.0 + creep)
 
 
 @kernel
 def press(model: RodModel, chambers: Chambers, out_Q_theta: Array) -> None:
     """Torques (N,) [N m] of the differential pressures (paper, "Controller Architecture")."""
-    p = chambers.pressure
-    u1 = chambers.torque_per_pascal[0] * (p[0] - p[1])
-    u2 = chambers.torque_per_pascal[1] * (p[2] - p[3])
+    p, per = chambers.pressure, chambers.torque_per_pascal
+    u1 = per[0] * p[0] - per[1] * p[1]
+    u2 = per[2] * p[2] - per[3] * p[3]
     for i in range(out_Q_theta.size):
         out_Q_theta[i] = model.T_theta[i, 0] * u1 + model.T_theta[i, 1] * u2
 

@@ -24,11 +24,12 @@ def note_chambers(measurement: Record, u_hat: Array, driven: bool, control: Cont
     Not in the paper. In place: control.state.
     """
     state, limits = control.state[0], control.limits[0]
-    p, off = measurement.pressures, 0.0
-    for j in range(2):
-        off = max(off, abs(p[2 * j] - p[2 * j + 1] - u_hat[j] * control.pascal_per_torque[j]))
+    p, slopes, off = measurement.pressures, control.pascal_per_torque, 0.0
+    for one in range(0, 4, 2):
+        asked = chamber_pressure(u_hat, slopes, one) - chamber_pressure(u_hat, slopes, one + 1)
+        off = max(off, abs(p[one] - p[one + 1] - asked))
     for chamber in range(p.shape[0]):
-        note_reading(chamber, p[chamber], chamber_pressure(u_hat, control.pascal_per_torque, chamber), driven, control)
+        note_reading(chamber, p[chamber], chamber_pressure(u_hat, slopes, chamber), driven, control)
     change = control.dt if off > limits.pressure_off_max else -FADES * control.dt
     state.pressure_off = max(0.0, state.pressure_off + change) if driven else 0.0
 

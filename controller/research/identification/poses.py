@@ -31,16 +31,24 @@ class Poses:
     path: Path
     lines: Array
     """Line of the file (n,)."""
-    pressure: Array
-    """Differential pressure of both chamber pairs (n,2) [Pa]; positive bends towards +y."""
-    level: Array
-    """Sum of the pressures of each pair (n,2) [Pa]: where the file has differences alone, one chamber is empty."""
+    chambers: Array
+    """Pressures of u1+, u1-, u2+, u2- (n,4) [Pa]: where the file has differences alone, one of each pair is empty."""
     by_chamber: bool
     """Whether the file has all four pressures."""
     points: Array
     """(n,m,2) [m]."""
     arcs: Array
-    """Arc length of each marker (m,) [m]."""
+    """Arc length of each marker (m,) [m], without pressure."""
+
+    @property
+    def pressure(self) -> Array:
+        """Differential pressure of both pairs (n,2) [Pa]; positive bends towards +y."""
+        return np.asarray(self.chambers[:, ::2] - self.chambers[:, 1::2])
+
+    @property
+    def level(self) -> Array:
+        """Sum of the pressures of each pair (n,2) [Pa]."""
+        return np.asarray(self.chambers[:, ::2] + self.chambers[:, 1::2])
 
 
 def is_static(table: MeasuredTable) -> bool:
@@ -54,20 +62,19 @@ def read_poses(table: MeasuredTable, actuator: Actuator) -> Poses:
     known = {f"{axis}{i + 1}" for axis in "xy" for i in range(points.shape[1])} | {"p1", "p2", "p3", "p4"}
     if strange := [name for name in table.columns if name not in known]:
         raise DataError(f"{table.path}: column {strange[0]} is unknown in a static test (p1, p2[, p3, p4], x1, y1, ..)")
-    pressure, level, by_chamber = _pressures(table)
+    chambers, by_chamber = _pressures(table)
     arcs = marker_arcs(actuator, points.shape[1])
-    poses = Poses(table.path, table.lines, pressure, level, by_chamber, _in_frame(points, actuator), arcs)
+    poses = Poses(table.path, table.lines, chambers, by_chamber, _in_frame(points, actuator), arcs)
     _check(poses, actuator)
     return poses
 
 
-def _pressures(table: MeasuredTable) -> tuple[Array, Array, bool]:
-    """Differences and sums (n,2) [Pa] of the pairs' pressures, and whether both are known; DataError for p < 0."""
+def _pressures(table: MeasuredTable) -> tuple[Array, bool]:
+    """Pressures (n,4) [Pa] of the chambers, and whether the file has them, or differences; DataError for p < 0."""
     if "p3" not in table.columns and "p4" not in table.columns:
-        pressure = np.stack([table.need("p1"), table.need("p2")], axis=-1)
-        return pressure, np.abs(pressure), False
-    p = np.stack([table.need(f"p{chamber}") for chamber in range(1, 5)], axis=-1)
-    return p[:, ::2] - p[:, 1::2], p[:, ::2] + p[:, 1::2], True
+        one, other = table.need("p1"), table.need("p2")
+        return np.maximum(np.stack([one, -one, other, -other], axis=-1), 0.0), False
+    return np.stack([table.need(f"p{chamber}") for chamber in range(1, 5)], axis=-1), True
 
 
 def marker_arcs(actuator: Actuator, markers: int) -> Array:
@@ -88,23 +95,31 @@ def fine(actuator: Actuator) -> int:
 def predict(actuator: Actuator, poses: Poses) -> Array:
     """Markers (n,m,2) [m] where the static model of `fine(actuator)` rods puts them under the same pressures."""
     model = build_rod(actuator, fine(actuator))
-    slope = np.array(actuator.pressure_map)
-    backbone = backbones(model, poses.pressure / slope, poses.level / slope)
+    backbone = backbones(model, *torques(actuator, poses.chambers))
     ends = np.concatenate([[0.0], np.cumsum(model.L)])
     return np.array([[[np.interp(s, ends, axis) for axis in pose] for s in poses.arcs] for pose in backbone])
 
 
+def torques(actuator: Actuator, pressures: Array) -> tuple[Array, Array]:
+    """Torques u (n,2) of the chambers' `pressures` (n,4) [Pa], and their levels (n,2), as of `under_levels` [N m]."""
+    each = pressures / actuator.chamber_slopes
+    return each[:, ::2] - each[:, 1::2], each[:, ::2] + each[:, 1::2]
+
+
 def backbones(model: RodModel, u: Array, level: Array) -> Array:
-    """Joints and tip (n,2,N+1) [m] of the static poses under u (n,2) [N m], as stiff as of `level` (n,2) [N m]."""
+    """Joints and tip (n,2,N+1) [m] of the static poses under u (n,2) [N m], at the levels `level` (n,2)."""
     joint_torque = np.cumsum(model.T_theta[::-1], axis=0)[::-1] @ u.T
-    more = model.stiffening @ level.T if model.stiffening.size else np.zeros(joint_torque.shape)
-    k = model.k[:, None] * (1.0 + more)
+    stiffer, longer = (
+        1.0 + share @ level.T if share.size else np.ones(joint_torque.shape)
+        for share in (model.stiffening, model.stretching)
+    )
+    k = model.k[:, None] * stiffer
     bends = model.bend[:, None] + joint_torque / k
     body, theta = body_of(model), np.cumsum(bends, axis=0)
     if model.g.any():
-        poses = zip(k.T.copy(), bends.T.copy(), strict=True)
-        theta = np.stack([_loaded(body._replace(k=stiff), model, bend) for stiff, bend in poses], axis=1)
-    steps = model.L[:, None] * np.stack([np.cos(theta), np.sin(theta)])
+        bodies = [body._replace(k=k[:, n].copy(), weight=body.weight * longer[:, n]) for n in range(len(u))]
+        theta = np.stack([_loaded(one, model, bends[:, n].copy()) for n, one in enumerate(bodies)], axis=1)
+    steps = model.L[:, None] * longer * np.stack([np.cos(theta), np.sin(theta)])
     joints = np.concatenate([np.zeros((2, 1, len(u))), np.cumsum(steps, axis=1)], axis=1)
     return np.moveaxis(joints, -1, 0)
 

@@ -1,6 +1,7 @@
 """Joint stiffness by least squares on static deflections (paper, "Parameter Estimation").
 
-Beyond the paper: what pressure adds to it, and a continuous form of the actuator, each only if the data bear it.
+Beyond the paper: what pressure adds to it and to the length, a gain of each chamber, and a continuous form of the
+actuator, each only if the data bear it.
 """
 
 from dataclasses import replace
@@ -9,14 +10,14 @@ import numpy as np
 from scipy import stats
 
 from controller.arrays import Array
-from controller.errors import ParameterError
+from controller.errors import DataError, ParameterError
 from controller.research.identification.fit import Fit
 from controller.research.identification.motion.modal import TRACKING_RATE, tracking_gains
 from controller.research.identification.poses import Poses, fine, predict
 from controller.research.identification.regression import Solution, solve
 from controller.research.identification.report.static_plots import marker_misfits, outlier_notes, static_plots
 from controller.research.identification.static_form import SHAPES, Shape, StaticForm
-from controller.schema.actuator import Actuator, Tracking
+from controller.schema.actuator import ROUNDING, Actuator, Tracking
 
 SCAN = np.logspace(-1.5, 1.5, 31)
 """Factors on the base's stiffness that are tried first: far from the truth the body curls, and has other minima."""
@@ -35,11 +36,9 @@ def fit_statics(poses: Poses, base: Actuator, shape: str = "auto", *, robust: bo
     form = StaticForm(base, chosen_shape(base, shape), (float(level[0]), float(level[1])))
     factor = min(SCAN, key=lambda factor: _squares(form, form.start(factor), poses))
     solution = _solved(form, form.start(float(factor)), poses, robust)
-    for richer in _richer(form, poses):
-        better = _solved(richer, richer.start_from(form, solution.x), poses, robust)
-        if _is_worth(better, solution) and richer.is_possible(better.x):
-            form, solution = richer, better
-    actuator = _observable(form.actuator(solution.x), poses)
+    while better := _better(form, solution, poses, robust):
+        form, solution = better
+    actuator = driveable(_observable(form.actuator(solution.x), poses), base)
     return Fit(
         title="Stiffness from static deflections",
         method=_method(poses, actuator, form, robust),
@@ -59,6 +58,14 @@ def _observable(actuator: Actuator, poses: Poses) -> Actuator:
     if any(tracking.K_o):
         return actuator
     return actuator.model_copy(update={"tracking": tracking.model_copy(update={"K_o": K_o, "B_o": B_o})})
+
+
+def driveable(actuator: Actuator, base: Actuator) -> Actuator:
+    """`actuator` with the u_max for which it needs the same pressure as `base` does for its own."""
+    if actuator.pressure_map == base.pressure_map:
+        return actuator
+    u_max = base.u_max * max(base.pressure_map) / max(actuator.pressure_map)
+    return actuator.model_copy(update={"u_max": (1.0 - ROUNDING) * u_max})
 
 
 def _by_rods_note(actuator: Actuator, poses: Poses) -> tuple[str, ...]:
@@ -84,15 +91,38 @@ def chosen_shape(base: Actuator, name: str) -> Shape:
     return SHAPES[min(len(base.EI or base.k), len(SHAPES)) - 1]
 
 
+def _better(form: StaticForm, solution: Solution, poses: Poses, robust: bool) -> tuple[StaticForm, Solution] | None:
+    """Of the forms that have more, the best that is worth it, with its solution; None where none is."""
+    found = []
+    for richer in _richer(form, poses):
+        more = _more(richer, richer.start_from(form, solution.x), poses, robust)
+        if more is not None and _is_worth(more, solution) and richer.is_possible(more.x):
+            found.append((richer, more))
+    return min(found, key=lambda one: float(one[1].residual @ one[1].residual), default=None)
+
+
+def _more(form: StaticForm, start: Array, poses: Poses, robust: bool) -> Solution | None:
+    """The solution of a richer form; None where the data leave one of its unknowns free."""
+    try:
+        return _solved(form, start, poses, robust)
+    except DataError:
+        return None
+
+
 def _richer(form: StaticForm, poses: Poses) -> list[StaticForm]:
-    """What more might be fitted: what pressure adds, a backbone that begins at the clamp, or both."""
+    """What else might be fitted: what pressure adds, gains of the chambers, a backbone that begins at the clamp."""
     pressed = poses.by_chamber and min(form.level) > 0.0
     (begin, first), (second, end) = form.base.chambers
     meet = begin == 0 and first == second and end == form.base.table_rods
     by_table = form.base.EI is None and form.base.chamber_arcs is None
-    more = meet and by_table and form.shape != "scaled" and len(poses.arcs) > 1
-    stiffer = [replace(form, stiffens=True)] if pressed else []
-    return [*stiffer, *(replace(one, continuous=True) for one in (form, *stiffer) if more)]
+    all_used = bool((poses.chambers.max(axis=0) > 0.0).all())
+    by_arcs = meet and by_table and form.shape != "scaled" and len(poses.arcs) > 1
+    return [
+        *([replace(form, stiffens=True)] if pressed and not form.stiffens else []),
+        *([replace(form, stretches=True)] if pressed and not form.stretches else []),
+        *([replace(form, uneven=True)] if all_used and not form.uneven else []),
+        *([replace(form, continuous=True)] if by_arcs and not form.continuous else []),
+    ]
 
 
 def _is_worth(richer: Solution, form: Solution) -> bool:
@@ -110,6 +140,7 @@ def _is_worth(richer: Solution, form: Solution) -> bool:
 def _method(poses: Poses, actuator: Actuator, form: StaticForm, robust: bool) -> str:
     shapes = {"uniform": "One stiffness everywhere", "linear": "Stiffness linear from base to tip"}
     added = ", to which each pair's pressures add a share where it reaches" if form.stiffens else ""
+    added += ", with rods that they lengthen there" * form.stretches + ", and a gain of each chamber" * form.uneven
     where = "on a backbone that begins at the clamp, with chambers that meet where they fit best, " * form.continuous
     slopes = ", ".join(f"{slope:.4g}" for slope in actuator.pressure_map)
     return (

@@ -10,7 +10,8 @@ from controller.assembly.equilibrium import body_of, carrying, imbalance, settle
 from controller.assembly.stability import move, point_slopes
 from controller.kernels.model.implicit import implicit_step
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.rod import RodModel, RodState, stiffened
+from controller.kernels.model.pressed import press_chain
+from controller.kernels.model.rod import RodModel, RodState
 from controller.kernels.model.statics import Places, chosen, points_on
 from controller.kernels.observer.observer import Observer, attach, damp_beyond, pressurise, step_observer
 from controller.kernels.plant.twin import Twin
@@ -79,7 +80,7 @@ def observer_step(observer: Observer, theta: Array) -> ChainStep:
     model, springs, rods = observer.model, observer.load.springs, theta.size
     count = int(springs.active[0])
     measured, torque = springs.anchor[:count].copy(), observer.load.Q_theta.copy()
-    T_theta = model.T_theta - stiffer(model, observer.soft, theta, observer.torque)
+    T_theta = model.T_theta - stiffer(model, observer.unpressed.k, theta, observer.torque)
 
     def after(deviation: Array) -> Array:
         x, u, p, v = np.split(deviation, np.cumsum([2 * rods, 2, 2 * count]))
@@ -102,7 +103,7 @@ def free_step(observer: Observer, theta: Array, used: tuple[int, ...]) -> ChainS
     """
     prediction = observer.prediction
     model, load = prediction.model, prediction.load
-    T_theta = model.T_theta - stiffer(model, observer.soft, theta, observer.torque)
+    T_theta = model.T_theta - stiffer(model, observer.unpressed.k, theta, observer.torque)
     balance = holding(model, theta)
 
     def step(more: Array) -> None:
@@ -119,11 +120,10 @@ def plant_step(twin: Twin, u: Array, used: tuple[int, ...]) -> tuple[ChainStep, 
     Without friction, creep and hysteresis, which damp. In place: twin.
     """
     model, rods, state, load = twin.model, twin.model.L.size, twin.state, twin.load
-    gain = twin.chambers.torque_per_pascal / twin.torque_per_pascal
-    if model.stiffening.size:
-        stiffened(twin.soft, model.stiffening, abs(u[0]), abs(u[1]), model.k)
+    gain = (twin.chambers.torque_per_pascal / twin.torque_per_pascal)[::2]
+    press_chain(abs(u[0]), abs(u[1]), twin.unpressed, model, twin.markers, twin.backbone)
     theta = settled(model, model.T_theta @ (gain * u))
-    T_theta = model.T_theta * gain - stiffer(model, twin.soft, theta, u)
+    T_theta = model.T_theta * gain - stiffer(model, twin.unpressed.k, theta, u)
     balance = holding(model, theta)
     load.F[:] = 0.0
 

@@ -1948,6 +1948,15 @@ export interface components {
        */
       stiffening: [number, number];
       /**
+       * Stretching
+       * @description Share of the length that the pressures of a chamber pair, added, give to it where the pair reaches.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      stretching: [number, number];
+      /**
        * U Max
        * @default 0.06
        */
@@ -1960,13 +1969,14 @@ export interface components {
       bend_max: number;
       /**
        * Pressure Map
-       * @description Differential pressure of a chamber pair per torque, for u1 and u2: with the default, u_max needs 35 psi.
+       * @description Pressure per torque, of both pairs (u1, u2) or of each chamber (u1+, u1-, u2+, u2-): with the default, u_max
+       *     needs 35 psi.
        * @default [
        *       4021600,
        *       4021600
        *     ]
        */
-      pressure_map: [number, number];
+      pressure_map: number[];
       /**
        * Pressure Max
        * @description Highest chamber pressure that is ever commanded (35 psi; the paper gives no range).
@@ -5329,6 +5339,10 @@ export interface components {
        *         ]
        *       ],
        *       "stiffening": [
+       *         0,
+       *         0
+       *       ],
+       *       "stretching": [
        *         0,
        *         0
        *       ],

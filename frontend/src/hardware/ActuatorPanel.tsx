@@ -159,8 +159,20 @@ function Elapsed() {
 
 /** What is said about an actuator: name and value of each fact. */
 function actuatorFacts(actuator: Actuator): [string, string][] {
-  const { name, length, width, height, mass, u_max, pressure_max, pressure_map, stiffening, tip_load, k } =
-    actuator;
+  const {
+    name,
+    length,
+    width,
+    height,
+    mass,
+    u_max,
+    pressure_max,
+    pressure_map,
+    stiffening,
+    stretching,
+    tip_load,
+    k,
+  } = actuator;
   const facts: [string, string][] = [
     ["Name", name],
     ["Length", millimetres(length, 0)],
@@ -170,8 +182,16 @@ function actuatorFacts(actuator: Actuator): [string, string][] {
     ["Torque limit", `${plain(u_max * 1e3, 0)} mN m`],
     ["Highest pressure", kilopascals(pressure_max)],
   ];
-  const stiffer = stiffening.map((share, j) => `${plain(100 * share * u_max * pressure_map[j], 0)} %`);
-  if (stiffening.some((share) => share > 0)) facts.push(["Stiffer at that torque by", stiffer.join(", ")]);
+  const slope = (j: number): number => {
+    const ofPair =
+      pressure_map.length === 4 ? pressure_map.slice(2 * j, 2 * j + 2) : [pressure_map[j] ?? NaN];
+    return ofPair.reduce((sum, one) => sum + one, 0) / ofPair.length;
+  };
+  const percent = (shares: readonly number[], digits: number) =>
+    shares.map((share, j) => `${plain(100 * share * u_max * slope(j), digits)} %`).join(", ");
+  if (stiffening.some((share) => share > 0))
+    facts.push(["Stiffer at that torque by", percent(stiffening, 0)]);
+  if (stretching.some((share) => share > 0)) facts.push(["Longer at that torque by", percent(stretching, 1)]);
   if (tip_load > 0) facts.push(["Tip load", `${plain(tip_load * GRAM, 0)} g`]);
   return facts;
 }

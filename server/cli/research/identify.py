@@ -1,16 +1,19 @@
 """`tendril identify` at the command line: what was found, as a table, and where it was written."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from controller.errors import ParameterError
+from controller.reference.library import names, reference
 from controller.research.identification.fit import Fit
 from controller.research.identification.identify import IdentificationTask, identify, save
 from controller.research.identification.report.report import number_text
+from controller.schema.actuator import Actuator
 from controller.schema.origin import origin
 from controller.system.progress import progress
 from server.cli.files import require_file, write_json
@@ -23,7 +26,8 @@ def run_identify(
     if json_file is not None:
         require_file(json_file)
     with progress(console, "Fitting"):  # when a solver will have settled no one can say
-        fits = identify(task)
+        *before, last = identify(task)
+        fits = [*before, replace(last, notes=(*last.notes, *reach_note(last.actuator, task.base)))]
         save(task, fits, out, report)
     for fit in fits:
         show(fit, console)
@@ -34,6 +38,24 @@ def run_identify(
         )
     for path in filter(None, (out, report, json_file)):
         console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
+
+
+def reach_note(found: Actuator, base: Actuator) -> tuple[str, ...]:
+    """Which references of the library `base` could follow and `found` cannot, and by how much; () for none."""
+    lost = {name: why for name in names() if (why := _beyond(name, found)) and not _beyond(name, base)}
+    if not lost:
+        return ()
+    said = "; ".join(f"{name}: {why}" for name, why in lost.items())
+    return (f"at u_max = {1e3 * found.u_max:.3g} mN m {len(lost)} of the library's shapes no longer fit: {said}",)
+
+
+def _beyond(name: str, actuator: Actuator) -> str:
+    """Why the actuator cannot follow it; "" if it can."""
+    try:
+        reference(name, actuator)
+    except ParameterError as error:
+        return str(error)
+    return ""
 
 
 def figures(fit: Fit) -> dict[str, object]:

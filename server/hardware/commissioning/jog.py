@@ -44,7 +44,7 @@ IDLE = 120.0
 
 def jog_pressure(chamber: int, asked: float | None, rig: RigParameters) -> float:
     """Pressure of a chamber [Pa], within its bounds."""
-    full = rig.actuator.u_max * rig.actuator.pressure_map[chamber // 2]
+    full = rig.actuator.u_max * float(rig.actuator.chamber_slopes[chamber])
     most = min(PRESSURE_MAX, SHARE_MAX * full)
     return most if asked is None else min(most, asked)
 
@@ -57,13 +57,14 @@ def first_pressure(chamber: int, asked: float | None, rig: RigParameters, believ
 
 def jog_torque(chamber: int, pressure: float, rig: RigParameters) -> Torques:
     """Torques [N m] by which `chamber` (0 to 3) alone is filled to `pressure` [Pa]."""
-    u = (pressure if chamber % 2 == 0 else -pressure) / rig.actuator.pressure_map[chamber // 2]
+    u = (pressure if chamber % 2 == 0 else -pressure) / float(rig.actuator.chamber_slopes[chamber])
     return (u, 0.0) if chamber < 2 else (0.0, u)
 
 
 def pressure_of(u: Torques, rig: RigParameters) -> float:
     """Of the fullest chamber at torques `u` [Pa]."""
-    return max(abs(one) * full for one, full in zip(u, rig.actuator.pressure_map, strict=True))
+    slopes = rig.actuator.chamber_slopes
+    return max(abs(one) * float(slopes[2 * j + int(one < 0.0)]) for j, one in enumerate(u))
 
 
 def slow_torques(chamber: int, run: StepRun, believed: Believed) -> list[Torques]:

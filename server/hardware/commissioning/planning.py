@@ -126,7 +126,7 @@ def believed(rig: RigParameters) -> Believed:
     points_on(at_rest(model).q, sensor_places(model), rods)
     nudge = NUDGE * actuator.u_max
     tips = static_tips(static_map(actuator, rig.controller), nudge * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]))
-    ways = np.linalg.norm(tips[1:] - tips[0], axis=1) / (nudge * np.array(actuator.pressure_map))
+    ways = np.linalg.norm(tips[1:] - tips[0], axis=1) / (nudge * actuator.chamber_slopes.reshape(2, 2).min(axis=1))
     return Believed(rods, (float(ways[0]), float(ways[1])))
 
 

@@ -13,6 +13,7 @@ from controller.assembly.stability import natural_modes
 from controller.errors import TendrilError
 from controller.schema.actuator import PRESETS, read_actuator
 from server.cli.main import app
+from server.cli.research.identify import reach_note
 from tests.oracles import Chain
 
 pytestmark = [pytest.mark.process, pytest.mark.keyed("server/cli/research/commands.py")]
@@ -118,3 +119,11 @@ def test_decays_that_never_swing_are_refused_with_the_file(tmp_path: Path) -> No
     file.write_text("ID,x1,y1\n" + "".join(f"0,0.25,{np.exp(-i / 50):.6f}\n" for i in range(300)))
     with pytest.raises(TendrilError, match=f"{file}: 0 peaks stand out of the noise"):
         app(["identify", str(file), "--out", str(tmp_path / "mine.toml")], standalone_mode=False)
+
+
+def test_shapes_that_the_identified_arm_can_follow_no_more_are_named_with_how_far_they_are() -> None:
+    base = PRESETS["P1"]
+    stiffer = base.model_copy(update={"k": tuple(1.6 * k for k in base.k)})
+    (note,) = reach_note(stiffer, base)
+    assert "circle_1hz: the path leaves the reach by " in note and "u_max = 60 mN m" in note
+    assert reach_note(base, stiffer) == reach_note(base, base) == ()

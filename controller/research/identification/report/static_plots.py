@@ -5,7 +5,7 @@ import numpy as np
 from controller.arrays import Array
 from controller.assembly.rod import build_rod, profile
 from controller.research.identification.fit import Misfit, Plot, PlotSeries
-from controller.research.identification.poses import Poses, backbones, fine
+from controller.research.identification.poses import Poses, backbones, fine, torques
 from controller.research.identification.regression import spread
 from controller.schema.actuator import Actuator
 
@@ -56,8 +56,7 @@ def _shapes(poses: Poses, actuator: Actuator) -> Plot:
     """Backbones of some poses, one line with gaps, and their markers."""
     chosen = np.unique(np.linspace(0, len(poses.points) - 1, SHAPES).round().astype(int))
     model = build_rod(actuator, fine(actuator))
-    slope = np.array(actuator.pressure_map)
-    joints = backbones(model, poses.pressure[chosen] / slope, poses.level[chosen] / slope)
+    joints = backbones(model, *torques(actuator, poses.chambers[chosen]))
     gaps = MILLI * np.pad(joints, ((0, 0), (0, 0), (0, 1)), constant_values=np.nan)
     points = MILLI * poses.points[chosen]
     return Plot(

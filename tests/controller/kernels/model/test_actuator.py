@@ -191,11 +191,16 @@ def test_a_body_that_gravity_topples_is_refused() -> None:
         build_rod(changed(gravity=(-9.81, 0.0)), 10)
 
 
-def test_the_pressure_map_of_each_pair_is_its_own() -> None:
+@pytest.mark.parametrize(
+    ("given", "slopes"),
+    [((1e6, 3e6), (1e6, 1e6, 3e6, 3e6)), ((1e6, 1.2e6, 3e6, 2.5e6), (1e6, 1.2e6, 3e6, 2.5e6))],
+    ids=["of pairs", "of chambers"],
+)
+def test_each_pair_or_chamber_has_its_own_pressure_map(given: tuple[float, ...], slopes: tuple[float, ...]) -> None:
     parameters = RigParameters(
-        actuator=changed(pressure_map=(1e6, 3e6), u_max=0.05), controller=ControllerParameters(dead_time=0.0)
+        actuator=changed(pressure_map=given, u_max=0.05), controller=ControllerParameters(dead_time=0.0)
     )
     rig, twin = build_rig(parameters, 1), build_twin(parameters)
-    assert rig.control.pascal_per_torque.tolist() == [1e6, 3e6]
+    assert rig.control.pascal_per_torque.tolist() == list(slopes)
     gain = twin.chambers.torque_per_pascal * rig.control.pascal_per_torque
-    assert gain == pytest.approx(parameters.twin.kappa * np.array(parameters.twin.torque_gain))
+    assert gain == pytest.approx(parameters.twin.kappa * np.repeat(parameters.twin.torque_gain, 2))

@@ -9,10 +9,12 @@ pytestmark = pytest.mark.keyed()
 
 
 def test_one_chamber_of_a_pair_is_pressurised_by_the_sign_of_its_torque() -> None:
-    p = np.full(4, np.nan)
-    chamber_pressures(np.array([0.03, -0.06]), np.array([1e6, 4e6]), p)
+    p, slopes = np.full(4, np.nan), np.array([1e6, 2e6, 3e6, 4e6])
+    chamber_pressures(np.array([0.03, -0.06]), slopes, p)
     assert p == pytest.approx([30e3, 0.0, 0.0, 240e3])
-    chamber_pressures(np.zeros(2), np.array([1e6, 4e6]), p)
+    chamber_pressures(np.array([-0.03, 0.06]), slopes, p)
+    assert p == pytest.approx([0.0, 60e3, 180e3, 0.0])
+    chamber_pressures(np.zeros(2), slopes, p)
     assert not np.signbit(p).any()
 
 

@@ -20,7 +20,7 @@ from controller.schema.parameters import CosseratParameters, PlantKind, RigParam
 from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import Window
 from tests.controller.chains import compiled
-from tests.controller.foreign import BODIES, backbone_miss, followed, identified
+from tests.controller.foreign import BODIES, STRETCH, backbone_miss, followed, identified
 from tests.controller.trial import Trial, distance, line, true_tip
 
 pytestmark = pytest.mark.keyed()
@@ -68,7 +68,7 @@ def test_full_pressure_in_both_halves_stiffens_every_bend_by_its_share_and_moves
     plant = build_cosserat(rig_with(stiffening=0.3))
     plant.chambers.pressure[:] = FULL / 2
     drive(plant.chambers, plant.pairs)
-    stiffen(plant.rod, plant.chambers.pressure, plant.pairs, plant.forces)
+    stiffen(plant.rod, plant.chambers, plant.pairs, plant.forces)
     assert plant.forces.k[:-1] == pytest.approx(1.3 * plant.rod.k[:-1], rel=1e-12)
     assert not plant.forces.moment.any()
 
@@ -77,7 +77,7 @@ def test_each_pair_stiffens_and_bends_its_own_half_and_both_share_the_middle() -
     plant = build_cosserat(rig_with(stiffening=0.3, lag=(0.0, 0.0), pair_hysteresis=(0.0, 0.0)))
     plant.chambers.pressure[2] = FULL
     drive(plant.chambers, plant.pairs)
-    stiffen(plant.rod, plant.chambers.pressure, plant.pairs, plant.forces)
+    stiffen(plant.rod, plant.chambers, plant.pairs, plant.forces)
     u = PRESETS["P1"].u_max * TwinParameters().kappa
     share = plant.forces.k / plant.rod.k - 1.0
     assert share == pytest.approx([0.0] * 10 + [0.15] + [0.3] * 9, abs=1e-12)
@@ -152,13 +152,14 @@ def test_on_the_slow_circle_the_observer_misses_a_plant_that_stiffens_by_some_fi
 
 
 @pytest.mark.parametrize("actuator", BODIES)
-def test_static_tests_teach_the_model_what_stiffens_and_the_observer_sees_the_backbone(
+def test_static_tests_teach_the_model_what_stiffens_and_stretches_and_the_observer_sees_the_backbone(
     actuator: str, tmp_path: Path
 ) -> None:
     body = BODIES[actuator]
     model = identified(body, tmp_path)
     full = body.u_max * body.pressure_map[0]
     assert [share * full for share in model.stiffening] == pytest.approx([0.3, 0.3], rel=0.06)
+    assert [share * full for share in model.stretching] == pytest.approx([STRETCH, STRETCH], rel=0.05)
     assert model.chamber_arcs is not None
     assert model.chamber_arcs[1][0] == pytest.approx(body.length / 2, rel=0.01)
     assert backbone_miss(followed(Case("circle_0.25hz", actuator), model, body)) < 2.0

@@ -11,11 +11,12 @@ from controller.arrays import Array
 from controller.assembly.rod import build_rod
 from controller.errors import DataError
 from controller.kernels.model.rod import RodModel, make_load
-from controller.research.identification.poses import Poses, marker_arcs, read_poses
+from controller.research.identification.poses import Poses, marker_arcs, predict, read_poses
 from controller.research.identification.statics import fit_statics
 from controller.research.identification.tables import read_measured
-from controller.schema.actuator import PRESETS, Actuator
+from controller.schema.actuator import PRESETS, Actuator, read_actuator, write_actuator
 from tests.controller.chains import advance, posed
+from tests.controller.coverage import P1, STRETCHED, UNEVEN, pressed
 from tests.oracles import Chain
 
 pytestmark = pytest.mark.keyed()
@@ -36,10 +37,8 @@ def poses_of(angles: Array, model: RodModel, actuator: Actuator, u: Array, seed:
     ends = np.concatenate([[0.0], np.cumsum(model.L)])
     points = np.array([[[np.interp(s, ends, joints[axis, n]) for axis in (0, 1)] for s in ARCS] for n in range(len(u))])
     points += np.random.default_rng(seed).normal(0.0, NOISE, points.shape)
-    pressure = u * np.array(actuator.pressure_map)
-    return Poses(
-        Path("made.csv"), np.arange(2.0, len(u) + 2), pressure, np.abs(pressure), False, points, np.array(ARCS)
-    )
+    p = np.maximum(np.column_stack([u[:, 0], -u[:, 0], u[:, 1], -u[:, 1]]), 0.0) * actuator.chamber_slopes
+    return Poses(Path("made.csv"), np.arange(2.0, len(u) + 2), p, False, points, np.array(ARCS))
 
 
 def settled(actuator: Actuator, u: Array, rods: int = 14) -> Poses:
@@ -149,8 +148,7 @@ def poses_with_one_value() -> Poses:
     return Poses(
         Path("made.csv"),
         np.array([2.0]),
-        np.array([[8e4, 0.0]]),
-        np.array([[8e4, 0.0]]),
+        np.array([[8e4, 0.0, 0.0, 0.0]]),
         False,
         np.array([[[0.2, 0.1]]]),
         arcs,
@@ -161,7 +159,9 @@ def test_a_body_that_no_pressure_stiffens_and_no_arc_describes_better_keeps_its_
     u = torques(16)
     poses = solved(TAPERED, u, seed=3)
     held = np.random.default_rng(4).uniform(0.0, 1e5, u.shape)
-    fit = fit_statics(replace(poses, level=poses.level + 2 * held, by_chamber=True), PRESETS["P1"], "linear")
+    fit = fit_statics(
+        replace(poses, chambers=poses.chambers + np.repeat(held, 2, axis=1), by_chamber=True), PRESETS["P1"], "linear"
+    )
     assert fit.actuator.k == pytest.approx(TAPERED.k, rel=0.02)
     assert (fit.actuator.stiffening, fit.actuator.chamber_arcs, fit.actuator.EI) == ((0.0, 0.0), None, None)
 
@@ -174,3 +174,29 @@ def test_a_base_by_bending_stiffness_stays_one() -> None:
     fit = fit_statics(solved(truth, torques(12), seed=0), base)
     assert fit.actuator.EI == pytest.approx(truth.EI, rel=0.02)
     assert Actuator.model_validate(fit.actuator.model_dump()).k == pytest.approx(truth.k, rel=0.02)
+
+
+def test_what_pressure_stretches_is_told_from_what_it_stiffens_and_the_file_can_be_written(tmp_path: Path) -> None:
+    fit = fit_statics(pressed(STRETCHED, 12, 1), P1, "uniform")
+    assert fit.actuator.stiffening == pytest.approx(STRETCHED.stiffening, rel=0.03)
+    assert fit.actuator.stretching == pytest.approx(STRETCHED.stretching, rel=0.03)
+    assert fit.actuator.pressure_map == P1.pressure_map
+    write_actuator(fit.actuator, tmp_path / "mine.toml")
+    assert read_actuator(tmp_path / "mine.toml").stretching == fit.actuator.stretching
+
+
+def test_each_chamber_gets_its_gain_and_the_torque_limit_needs_the_pressure_that_it_needed(tmp_path: Path) -> None:
+    fit = fit_statics(pressed(UNEVEN, 12, 1), P1, "uniform")
+    found = fit.actuator
+    assert found.pressure_map == pytest.approx(UNEVEN.pressure_map, rel=0.01)
+    assert found.k == pytest.approx(P1.k, rel=0.01)
+    assert found.u_max * max(found.pressure_map) == pytest.approx(P1.u_max * max(P1.pressure_map), rel=1e-6)
+    write_actuator(found, tmp_path / "mine.toml")
+    assert read_actuator(tmp_path / "mine.toml").pressure_map == found.pressure_map
+
+
+def test_chambers_that_were_never_filled_get_no_gain() -> None:
+    poses = pressed(UNEVEN, 12, 1)
+    one_way = replace(poses, chambers=poses.chambers * [1.0, 0.0, 1.0, 0.0])
+    fit = fit_statics(replace(one_way, points=predict(UNEVEN, one_way) + 1e-5), P1, "uniform")
+    assert len(fit.actuator.pressure_map) == 2

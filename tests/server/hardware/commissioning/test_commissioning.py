@@ -316,4 +316,4 @@ def test_the_twin_goes_through_every_step_that_moves_it(bench: Bench) -> None:
     assert 0.85 < identified["ratio"] < 1.0  # the twin's pairs bend it by 6 to 10 % more than the model believes
     loop = {one["name"]: one["value"] for one in bench.step("closed_loop")["numbers"]}
     assert loop["tip RMSE"] < 6e-3
-    assert bench.state()["missing"] == ["frame assumed, not measured"]
+    assert bench.state()["missing"] == []
