@@ -39,7 +39,8 @@ class Score(TypedDict):
     percent_of_motion: float
     """Of the observer."""
     constant_curvature_percent: float
-    fixed_ratio_percent: float
+    fixed_ratio_percent: float | None
+    """None where the actuator was identified from no decays, whose ratios these are."""
     mode_shape_percent: float
     """Of the model's first mode, scaled to the outermost sensed body: the observer without its dynamics."""
     own_ratio_percent: float
@@ -107,6 +108,8 @@ def _score(scored: Sequence[Scored], task: ScoringTask, body: int, start: float)
     def percent(name: str) -> float:
         return 100.0 * _rms([one[name] for one in off]) / motion
 
+    known = all("ratio" in one for one in off)
+
     return Score(
         body=body + 1,
         from_s=start,
@@ -114,7 +117,7 @@ def _score(scored: Sequence[Scored], task: ScoringTask, body: int, start: float)
         rms_motion_mm=1e3 * motion,
         percent_of_motion=percent("observer"),
         constant_curvature_percent=percent("curvature"),
-        fixed_ratio_percent=percent("ratio"),
+        fixed_ratio_percent=percent("ratio") if known else None,
         mode_shape_percent=percent("mode"),
         own_ratio_percent=percent("own"),
     )
@@ -126,14 +129,16 @@ def _errors(one: Scored, sensed: Sequence[int], body: int, start: float) -> dict
     y = one.motion.lateral[late]
     given, true = y[:, list(sensed)], y[:, body]
     own, *_ = np.linalg.lstsq(given, true, rcond=None)
-    return {
+    found = {
         "motion": true,
         "observer": one.estimate[late, body] - true,
         "curvature": constant_curvature(outer, body) * y[:, outer] - true,
-        "ratio": given @ fixed_ratios(one.tracking, sensed, body, start) - true,
         "mode": one.mode[body] / one.mode[outer] * y[:, outer] - true,
         "own": given @ own - true,
     }
+    if one.tracking.starts:
+        found["ratio"] = given @ fixed_ratios(one.tracking, sensed, body, start) - true
+    return found
 
 
 def _late(motion: PlaneMotion, values: Array, start: float) -> Array:

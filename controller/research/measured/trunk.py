@@ -9,7 +9,7 @@ from controller.research.identification.motion.decays import long_ones, read_dec
 from controller.research.identification.motion.modal_fit import identified
 from controller.research.identification.observe import observed_motion, to_score
 from controller.research.identification.plane import project
-from controller.research.identification.score import ScoringTask, score
+from controller.research.identification.score import Score, ScoringTask, score
 from controller.research.measured.sets import Answer, MeasuredSet, Question
 from controller.schema.actuator import PRESETS
 
@@ -27,17 +27,17 @@ def answers(paths: Mapping[str, Path]) -> list[Answer]:
     for decay in long_ones(read_decays(paths[FILE], UNSEEN), "observe", paths[FILE]):
         motion = project(decay, axis, max(TASK.sensed))
         scored.append(to_score(actuator, motion, observed_motion(actuator, TASK.sensed, motion)))
-    return [
-        Answer(
-            one["percent_of_motion"],
-            {
-                "constant curvature": one["constant_curvature_percent"],
-                "fixed ratio": one["fixed_ratio_percent"],
-                "first mode's shape": one["mode_shape_percent"],
-            },
-        )
-        for one in score(scored, TASK)
-    ]
+    return [Answer(one["percent_of_motion"], baselines(one)) for one in score(scored, TASK)]
+
+
+def baselines(one: Score) -> dict[str, float]:
+    """What needs no model, and the model without its dynamics."""
+    found = {
+        "constant curvature": one["constant_curvature_percent"],
+        "fixed ratio": one["fixed_ratio_percent"],
+        "first mode's shape": one["mode_shape_percent"],
+    }
+    return {name: share for name, share in found.items() if share is not None}
 
 
 TRUNK = MeasuredSet(

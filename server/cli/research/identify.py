@@ -42,11 +42,14 @@ def run_identify(
 
 def reach_note(found: Actuator, base: Actuator) -> tuple[str, ...]:
     """Which references of the library `base` could follow and `found` cannot, and by how much; () for none."""
-    lost = {name: why for name in names() if (why := _beyond(name, found)) and not _beyond(name, base)}
+    lost: dict[str, list[str]] = {}
+    for name in names():
+        if (why := _beyond(name, found)) and not _beyond(name, base):
+            lost.setdefault(why, []).append(name)
     if not lost:
         return ()
-    said = "; ".join(f"{name}: {why}" for name, why in lost.items())
-    return (f"at u_max = {1e3 * found.u_max:.3g} mN m {len(lost)} of the library's shapes no longer fit: {said}",)
+    said = "; ".join(f"{', '.join(shapes)}: {why}" for why, shapes in lost.items())
+    return (f"at u_max = {1e3 * found.u_max:.3g} mN m shapes of the library no longer fit: {said}",)
 
 
 def _beyond(name: str, actuator: Actuator) -> str:
@@ -54,7 +57,7 @@ def _beyond(name: str, actuator: Actuator) -> str:
     try:
         reference(name, actuator)
     except ParameterError as error:
-        return str(error)
+        return "out of reach from the first point on" if str(error).startswith("p[0]") else str(error)
     return ""
 
 

@@ -67,6 +67,6 @@ def scores_table(title: str, bodies: Sequence[Score]) -> Table:
             f"{one['from_s']:g}",
             f"{one['rms_error_mm']:.2f}",
             f"{one['rms_motion_mm']:.2f}",
-            *(f"{share:.1f} %" for share in shares),
+            *("-" if share is None else f"{share:.1f} %" for share in shares),
         )
     return table

@@ -1,6 +1,7 @@
 """`tendril identify` and `tendril observe` on the free decays of a real trunk (tests/data/trunk-stack, MIT licence)."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from controller.schema.origin import Origin
 from server.cli.main import app
 from server.cli.research.observed import write_observed
 from tests.controller.decaying import decays_of, hanging_body
+from tests.docs.blocks import EXAMPLES
 
-pytestmark = pytest.mark.keyed("server/cli/research/commands.py", "tests/data")
+pytestmark = pytest.mark.keyed("server/cli/research/commands.py", "tests/data", "docs/examples")
 
 TRUNK = Path(__file__).parents[2] / "data" / "trunk-stack" / "decay_200g_even_ids.csv"
 
@@ -194,3 +196,14 @@ def test_a_wrong_request_is_said_in_one_line(trunk: Path, options: list[str], co
     with pytest.raises(TendrilError, match=complaint) as caught:
         run("observe", TRUNK, *actuator, *options)
     assert "\n" not in str(caught.value)
+
+
+def test_an_arm_of_a_static_test_alone_is_observed_without_the_ratios_of_decays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm, table = tmp_path / "arm.toml", tmp_path / "scores.json"
+    run("identify", EXAMPLES / "my_poses.csv", "--actuator", EXAMPLES / "base.toml", "--out", arm)
+    run("observe", EXAMPLES / "my_decays.csv", "--actuator", arm, "--sense", 4, "--score", "3", "--json", table)
+    assert re.search(r"^ +3 .* - ", capsys.readouterr().out, re.MULTILINE)
+    late = json.loads(table.read_text())["bodies"][-1]
+    assert late["fixed_ratio_percent"] is None and late["percent_of_motion"] < late["constant_curvature_percent"]
