@@ -32,7 +32,7 @@ NEWEST_LABELS = """async () => {
   return newest.bookmarks.map(({ label }) => label);
 }"""
 DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-"""Two frames later: nobody's next press comes sooner."""
+"""Two frames later: no one's next press comes sooner."""
 
 
 @pytest.fixture
