@@ -6,7 +6,16 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.assembly.plant_parts import bent, camera, chambers, damping_ratio, faults
-from controller.assembly.rod import NO_STIFFNESS, chamber_ends, computable, covered, profile, rest_bend, spread
+from controller.assembly.rod import (
+    NO_STIFFNESS,
+    bend_edges,
+    chamber_ends,
+    computable,
+    covered,
+    profile,
+    rest_bend,
+    spread,
+)
 from controller.errors import ParameterError
 from controller.kernels.model.friction import Sheet
 from controller.kernels.plant.cosserat import STICKING, Cosserat, Pairs
@@ -102,8 +111,7 @@ def bend_stiffness(actuator: Actuator, n: int) -> Array:
         return joint_stiffness(actuator.EI, actuator.EI_arc, actuator.length, n)
     table = actuator.table_rods
     compliance = 1.0 / np.maximum(profile(actuator.k, table), NO_STIFFNESS)
-    edges = np.concatenate([[0.0], (np.arange(n) + 0.5) / n])
-    return np.asarray(1.0 / (table * np.diff(spread(compliance, edges))))
+    return np.asarray(1.0 / (table * np.diff(spread(compliance, bend_edges(n)))))
 
 
 def still(rod: CosseratRod) -> RodForces:
@@ -177,8 +185,3 @@ def pairs(parameters: RigParameters) -> Pairs:
         stretched=np.zeros(2),
         torque=np.zeros(2),
     )
-
-
-def bend_edges(n: int) -> Array:
-    """Ends (n+1,) of the cells about the bends of n elements, as shares of the length."""
-    return np.concatenate([[0.0], (np.arange(n) + 0.5) / n])

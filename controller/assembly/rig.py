@@ -6,7 +6,7 @@ import numpy as np
 
 from controller.arrays import Record
 from controller.assembly.rod import computable, stiffest
-from controller.assembly.stability import largest_gains, sensor_places
+from controller.assembly.stability import backbone_places, largest_gains, sensor_places
 from controller.assembly.statics import observer_model, static_map
 from controller.errors import ParameterError
 from controller.kernels.control.tick import Rig
@@ -16,7 +16,7 @@ from controller.kernels.model.equilibrium import make_scratch
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.pressed import owning, unpressed
 from controller.kernels.model.rod import RodModel, make_load, make_work
-from controller.kernels.model.statics import at_rest, places, points_on
+from controller.kernels.model.statics import at_rest, points_on
 from controller.kernels.observer.alpha_beta import AlphaBeta
 from controller.kernels.observer.observer import Observer, make_reseat_state
 from controller.kernels.observer.prediction import NOISE_VARIANCE, Prediction, reset_prediction
@@ -24,7 +24,6 @@ from controller.schema.actuator import Actuator
 from controller.schema.layout import to_record
 from controller.schema.modes import Cause, Integrator, RowKind
 from controller.schema.parameters import (
-    BACKBONE_POINTS,
     OBSERVER_DAMPING_MAX,
     OBSERVER_GAIN_MAX,
     REFERENCE_ROWS,
@@ -145,8 +144,7 @@ def build_observer(
     No spring pulls with more than `pull_max` [N], and samples older than `old` [s] are not used.
     """
     own, rods = owning(model), model.L.size
-    sensors, arcs = sensor_places(model), float(model.L.sum()) * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1)
-    backbone = places(model, arcs)
+    sensors, backbone = sensor_places(model), backbone_places(model)
     state, ledger = at_rest(model), make_ledger()
     open_ledger(model, state, ledger)
     least = controller.observer_beta * model.k if controller.integrator == Integrator.IMPLICIT else 0.0

@@ -127,8 +127,12 @@ def joint_profile(cells: Array, rods: int) -> Array:
 def rest_bend(actuator: Actuator, rods: int) -> Array:
     """Bend of each joint at rest (N,) [rad]: the rest curvature between the middles of the rods it joins."""
     curvature = profile(actuator.rest_curvature, actuator.table_rods)
-    edges = np.concatenate([[0.0], (np.arange(rods) + 0.5) / rods])
-    return actuator.length * np.diff(spread(curvature, edges))
+    return actuator.length * np.diff(spread(curvature, bend_edges(rods)))
+
+
+def bend_edges(n: int) -> Array:
+    """Ends (n+1,) of the cells about the bends of n rods, as shares of the length: the clamp, then their middles."""
+    return np.concatenate([[0.0], (np.arange(n) + 0.5) / n])
 
 
 def torque_map(actuator: Actuator, rods: int) -> Array:

@@ -10,7 +10,7 @@ from controller.assembly.equilibrium import gravity_torque
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel, RodState
 from controller.kernels.model.statics import Places, places, pose
-from controller.schema.parameters import OBSERVER_DAMPING_MAX, OBSERVER_GAIN_MAX, SENSORS
+from controller.schema.parameters import BACKBONE_POINTS, OBSERVER_DAMPING_MAX, OBSERVER_GAIN_MAX, SENSORS
 
 DENSE_MAX = 60
 """Most rods for which every mode is computed."""
@@ -69,6 +69,11 @@ def move(model: RodModel, theta: Array, x: Array, state: RodState) -> None:
 def sensor_places(model: RodModel) -> Places:
     """The material points of the sensors (SENSORS)."""
     return places(model, float(model.L.sum()) * np.arange(1, SENSORS + 1) / SENSORS)
+
+
+def backbone_places(model: RodModel) -> Places:
+    """The telemetry's points along the backbone (BACKBONE_POINTS), from clamp to tip."""
+    return places(model, float(model.L.sum()) * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1))
 
 
 def point_slopes(model: RodModel, theta: Array, at: Places) -> Array:

@@ -7,16 +7,16 @@ import numpy as np
 from controller.assembly.equilibrium import ChainStatics, equilibrium
 from controller.assembly.plant_parts import bent, camera, chambers, faults
 from controller.assembly.rod import build_rod, computable, stiffest
-from controller.assembly.stability import sensor_places, slowest, stable_substeps
+from controller.assembly.stability import backbone_places, sensor_places, slowest, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.pressed import owning, unpressed
 from controller.kernels.model.rod import RodModel, make_load, make_work
-from controller.kernels.model.statics import at_rest, places
+from controller.kernels.model.statics import at_rest
 from controller.kernels.plant.twin import Creep, Twin
 from controller.schema.actuator import Actuator
 from controller.schema.modes import Integrator
-from controller.schema.parameters import BACKBONE_POINTS, RigParameters, TwinParameters
+from controller.schema.parameters import RigParameters, TwinParameters
 
 TWIN_BETA = 1.5e-4
 """Stiffness-proportional damping of the twin: small, so that fine rods stay cheap [s]."""
@@ -35,9 +35,9 @@ def _built(parameters: RigParameters) -> Twin:
     twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
     model = twin_model(actuator, twin)
     tightest = model._replace(k=stiffest(model, actuator.u_max) * (1.0 + sum(twin.creep) + twin.hysteresis))
-    rods, length, bends = twin.rods, actuator.length, np.diff(model.rest, prepend=0.0)
+    rods, bends = twin.rods, np.diff(model.rest, prepend=0.0)
     pneumatics, own = chambers(parameters, twin.torque_gain), owning(model)
-    markers, backbone = sensor_places(model), places(model, length * np.arange(BACKBONE_POINTS) / (BACKBONE_POINTS - 1))
+    markers, backbone = sensor_places(model), backbone_places(model)
     return Twin(
         model=own,
         unpressed=unpressed(model, markers, backbone),

@@ -89,7 +89,7 @@ def my_path() -> np.ndarray:
 def decays(
     model: RodModel, random: np.random.Generator, count: int = 3, shares: tuple[float, float] = (1.0, -0.5)
 ) -> np.ndarray:
-    """Six releases (n,1 + 2 count), 100 samples a second: ID, and so many bodies [m]."""
+    """Six releases (n,1 + 2 count), 100 samples a second: its number, then x, y of each body [m]."""
     rows = []
     for number, u in enumerate(random.uniform(0.02, 0.06, (6, 2)) * shares):
         for points in swing(model, model.T_theta @ u, count):

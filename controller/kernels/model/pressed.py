@@ -37,6 +37,12 @@ def owning(model: RodModel) -> RodModel:
 
 
 @kernel
+def is_pressed(model: RodModel) -> bool:
+    """Whether pressure changes the chain's stiffness or its lengths. Not in the paper: see the module."""
+    return model.stiffening.shape[0] + model.stretching.shape[0] > 0
+
+
+@kernel
 def press_chain(
     level_1: float, level_2: float, own: Unpressed, model: RodModel, markers: Places, backbone: Places
 ) -> None:

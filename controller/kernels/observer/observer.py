@@ -12,7 +12,7 @@ from controller.kernels.model.energy import Ledger, ledger_step, open_ledger, st
 from controller.kernels.model.implicit import ImplicitWork, book_implicit_step, implicit_step
 from controller.kernels.model.integrate import rk4_step
 from controller.kernels.model.pneumatics import delay, first_order_lag
-from controller.kernels.model.pressed import Unpressed, close_up, press_chain
+from controller.kernels.model.pressed import Unpressed, close_up, is_pressed, press_chain
 from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on, pose
 from controller.kernels.observer.prediction import Prediction, foresee, learn, predict, reset_prediction
@@ -166,7 +166,7 @@ def pressurise(observer: Observer) -> None:
     """
     load, model = observer.load, observer.model
     T = model.T_theta
-    if model.stiffening.shape[0] + model.stretching.shape[0] > 0:
+    if is_pressed(model):
         press_model(observer)
     for i in range(T.shape[0]):
         load.Q_theta[i] = T[i, 0] * observer.torque[0] + T[i, 1] * observer.torque[1]

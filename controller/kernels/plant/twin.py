@@ -12,7 +12,7 @@ from controller.kernels.group import Group
 from controller.kernels.model.friction import Hysteresis, Sheet, resist_hysteresis, rub
 from controller.kernels.model.implicit import ImplicitWork, implicit_step
 from controller.kernels.model.integrate import rk4_step
-from controller.kernels.model.pressed import Unpressed, close_up, press_chain
+from controller.kernels.model.pressed import Unpressed, close_up, is_pressed, press_chain
 from controller.kernels.model.rod import Load, RodModel, RodState, Work
 from controller.kernels.model.statics import Places, points_on
 from controller.kernels.plant.camera import NO_SAMPLE, Camera, deliver, expose, open_slot
@@ -83,7 +83,8 @@ def twin_step(t_ns: int, twin: Twin, telemetry: Record, out_measurement: Record)
     if telemetry.mode == E_STOP:
         dump(twin.dt, twin.chambers)
     fill_chambers(twin.ticks[0], telemetry.pressure_cmd, twin.dt, twin.chambers)
-    press_twin(twin)
+    if is_pressed(twin.model):
+        press_twin(twin)
     h = twin.dt / twin.substeps
     for _ in range(twin.substeps):
         press(twin.model, twin.chambers, twin.load.Q_theta)

@@ -108,8 +108,6 @@ def _score(scored: Sequence[Scored], task: ScoringTask, body: int, start: float)
     def percent(name: str) -> float:
         return 100.0 * _rms([one[name] for one in off]) / motion
 
-    known = all("ratio" in one for one in off)
-
     return Score(
         body=body + 1,
         from_s=start,
@@ -117,7 +115,7 @@ def _score(scored: Sequence[Scored], task: ScoringTask, body: int, start: float)
         rms_motion_mm=1e3 * motion,
         percent_of_motion=percent("observer"),
         constant_curvature_percent=percent("curvature"),
-        fixed_ratio_percent=percent("ratio") if known else None,
+        fixed_ratio_percent=percent("ratio") if all("ratio" in one for one in off) else None,
         mode_shape_percent=percent("mode"),
         own_ratio_percent=percent("own"),
     )

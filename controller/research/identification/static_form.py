@@ -21,7 +21,7 @@ Shape = Literal["uniform", "linear", "scaled"]
 
 SHAPES: tuple[Shape, ...] = get_args(Shape)
 ADDED_LEAST = -0.9
-"""What pressure adds to a stiffness or a length is more than this share of it, whatever a solver tries."""
+"""What pressure adds to a stiffness or a length is more than this share of it, also in what a fit tries."""
 RATIOS = ("u1- over u1+", "u2- over u2+", "pair 2 over pair 1")
 MEANT = 0.5 * np.array([[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, -1.0, 1.0], [0.0, 1.0, 1.0]])
 """Of ln of these ratios, in ln of the chambers' pressures per torque, whose product stays: it is in the stiffness."""
@@ -78,12 +78,10 @@ class StaticForm:
 
     def start_from(self, other: "StaticForm", x: Array) -> Array:
         """Unknowns that mean the same as the unknowns x of another form of the same base, with fewer of them."""
-        begin, before = self.start(1.0), np.cumsum((0, *other.sizes))
-        at = np.cumsum((0, *self.sizes))
-        own = other.start(1.0)
-        for kind, size in enumerate(other.sizes):
-            part = slice(before[kind], before[kind] + size)
-            begin[at[kind] : at[kind] + size] += x[part] - own[part]
+        begin = self.start(1.0)
+        kinds = np.split(begin, np.cumsum(self.sizes)[:-1])
+        for kind, moved in zip(kinds, np.split(x - other.start(1.0), np.cumsum(other.sizes)[:-1]), strict=True):
+            kind[: moved.size] += moved
         return begin
 
     def actuator(self, x: Array) -> Actuator:

@@ -182,11 +182,9 @@ function actuatorFacts(actuator: Actuator): [string, string][] {
     ["Torque limit", `${plain(u_max * 1e3, 0)} mN m`],
     ["Highest pressure", kilopascals(pressure_max)],
   ];
-  const slope = (j: number): number => {
-    const ofPair =
-      pressure_map.length === 4 ? pressure_map.slice(2 * j, 2 * j + 2) : [pressure_map[j] ?? NaN];
-    return ofPair.reduce((sum, one) => sum + one, 0) / ofPair.length;
-  };
+  const slopes = pressure_map.length === 4 ? pressure_map : pressure_map.flatMap((pair) => [pair, pair]);
+  const slope = (j: number): number =>
+    slopes.slice(2 * j, 2 * j + 2).reduce((sum, one) => sum + one / 2, 0);
   const percent = (shares: readonly number[], digits: number) =>
     shares.map((share, j) => `${plain(100 * share * u_max * slope(j), digits)} %`).join(", ");
   if (stiffening.some((share) => share > 0))

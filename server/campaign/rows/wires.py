@@ -137,12 +137,12 @@ def half_frame(scene: Scene) -> Seen:
 
 def answers_late(scene: Scene) -> Seen:
     """Each after the driver's timeout: used and counted, and the device's state says so."""
-    said: list[dict[str, Any]] = []
-    seen = _unmoved(scene, ("hold_back 0.015", "mend"), lambda: said.append(_late(scene)))
-    require(said[0]["late"] > 0, "no late answer was counted")
-    text = said[0]["detail"]
+    said: dict[str, Any] = {}
+    seen = _unmoved(scene, ("hold_back 0.015", "mend"), lambda: said.update(_late(scene)))
+    require(said["late"] > 0, "no late answer was counted")
+    text = said["detail"]
     require("timeout is 10 ms" in text, f"the device's state: {text}")
-    return seen._replace(observed=f"{seen.observed}; {text}, {said[0]['late']} of them")
+    return seen._replace(observed=f"{seen.observed}; {text}, {said['late']} of them")
 
 
 def ghosts(scene: Scene) -> Seen:

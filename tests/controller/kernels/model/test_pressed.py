@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 from controller.arrays import Array
 from controller.assembly.rig import build_rig
-from controller.assembly.rod import build_rod, chamber_ends, covered
+from controller.assembly.rod import bend_edges, build_rod, chamber_ends, covered
 from controller.assembly.statics import build_static_map, build_statics, static_map
 from controller.assembly.twin import build_twin
 from controller.kernels.control.inverse import TOLERANCE
@@ -198,7 +198,7 @@ def test_chambers_by_arc_give_each_hinge_the_share_of_them_that_its_part_of_the_
     length = PRESETS["P1"].length
     arcs = ((0.0, 0.4 * length), (0.43 * length, length))
     body = actuator(chamber_arcs=arcs)
-    edges = np.concatenate([[0.0], (np.arange(rods) + 0.5) / rods])
+    edges = bend_edges(rods)
     moments = np.cumsum(build_rod(body, rods).T_theta[::-1], axis=0)[::-1]
     assert moments == pytest.approx(np.column_stack([covered(edges, *ends) for ends in chamber_ends(body)]))
 
