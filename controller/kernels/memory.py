@@ -26,6 +26,7 @@ STATE = np.dtype(
         ("unattended", "<i8"),
         ("used", "<i8"),  # sensors used in this tick, as bits
         ("forget", "<i8"),  # the observer is to start again
+        ("forgot_ns", "<i8"),  # time of the last CLEAR, which asked for it
         ("moved_over", "<i8"),  # it is on its way to another pose
         ("seen_ns", "<i8"),  # capture time of the last sample with a marker that is wanted
         ("jumped", "<i8"),  # switched-on sensors that jumped in the last sample, as bits

@@ -42,7 +42,7 @@ def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: R
     note_residual(out_telemetry.residual, control)
     reseat(sensing, control, observer, out_telemetry)
     supervise(t_ns, command, status, measurement, observer.u_hat, control)
-    begin(settings, out_telemetry, control)
+    begin(settings, out_telemetry, sensing, control)
     due = feedforward_due(control, settings)
     refer(command, due, control)
     feed_forward(settings, due, control)

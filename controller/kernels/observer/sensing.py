@@ -127,10 +127,16 @@ def note_course(measurement: Record, i: int, rate: float, sensing: Sensing) -> N
 def top_speed(control: Control, measurement: Record, sensing: Sensing) -> float:
     """The highest speed lately, of any marker or of the model's tip [m/s]. Not in the paper. In place: sensing.fast."""
     fast = sensing.fast[0] * math.exp(-(measurement.t_ns - sensing.sample_ns[0]) * 1e-9 / WHIP_TIME)
-    fast = max(fast, speed_of(control.v))
+    sensing.fast[0] = max(fast, speed_of(control.v), marker_speed(sensing))
+    return sensing.fast[0]
+
+
+@kernel
+def marker_speed(sensing: Sensing) -> float:
+    """Speed of the fastest marker, by difference of its last two samples [m/s]. Not in the paper."""
+    fast = 0.0
     for i in range(sensing.v.shape[0]):
         fast = max(fast, math.hypot(sensing.v[i, 0], sensing.v[i, 1]))
-    sensing.fast[0] = fast
     return fast
 
 

@@ -147,6 +147,8 @@ def consider(t_ns: int, command: Record, control: Control) -> None:
         state.unattended = command.unattended
         move(wanted, OPERATOR, state)
         state.forget = request == ASK_CLEAR
+        if state.forget:
+            state.forgot_ns = t_ns
 
 
 @kernel
