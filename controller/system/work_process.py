@@ -28,6 +28,8 @@ ANSWER_S = 120.0
 SENDING_S = 10.0
 """The same for it to take in what it is asked."""
 ATTEMPTS_MAX = 2
+NICE = 10
+"""Work gives way to the process that asks for it: that answers an E-STOP meanwhile."""
 NUMBER = struct.Struct("q")
 """Of a question, before it and before its answer."""
 
@@ -35,7 +37,9 @@ NUMBER = struct.Struct("q")
 class WorkProcess:
     """Thread safe. The process starts when it is first asked; it and all that it runs end when this one does."""
 
-    def __init__(self, name: str, patience: float | None = ANSWER_S, nice: int = 0, tries: int = ATTEMPTS_MAX) -> None:
+    def __init__(
+        self, name: str, patience: float | None = ANSWER_S, nice: int = NICE, tries: int = ATTEMPTS_MAX
+    ) -> None:
         """`name` says what it is for, in errors and in the list of processes; `patience` None: work may take hours."""
         self._name, self._patience, self._nice, self._tries = name, patience, nice, tries
         self._child = ChildProcess(name, self._launch)
