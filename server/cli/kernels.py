@@ -128,7 +128,7 @@ def command() -> None:
     given = _given()
     control, settings = given.rig.control, given.command["settings"]
     supervise(1, given.command, given.status, given.measurement, given.rig.observer.u_hat, control)
-    begin(settings, given.telemetry, control)
+    begin(settings, given.telemetry, given.rig.sensing, control)
     feedforward_due(control, settings)
     refer(given.command, True, control)
     feed_forward(settings, True, control)

@@ -162,7 +162,7 @@ def test_closing_tells_who_waits(process: WorkProcess, tmp_path: Path) -> None:
 def test_it_ends_with_the_one_that_it_works_for() -> None:
     program = (
         "import os, signal\n"
-        "from controller.system.work_process import NICE, WorkProcess\n"
+        "from controller.system.work_process import WorkProcess\n"
         "print(WorkProcess('planning').call(os.getpid), flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
@@ -174,7 +174,7 @@ def test_a_program_that_it_runs_ends_with_the_one_that_it_works_for(tmp_path: Pa
     program = (
         "import sys\n"
         "from pathlib import Path\n"
-        "from controller.system.work_process import NICE, WorkProcess\n"
+        "from controller.system.work_process import WorkProcess\n"
         "from tests.controller.system.test_work_process import run_program\n"
         "WorkProcess('reading').call(run_program, Path(sys.argv[1]))\n"
     )
