@@ -2,22 +2,15 @@
 
 from pathlib import Path
 
+from controller.research.measured.arm import ARM
 from controller.research.measured.limb import LIMB
 from controller.research.measured.regulator import REGULATOR
-from controller.research.measured.sets import Question, Row, UnreadSet, require_folder, rows, unread_row
+from controller.research.measured.sets import Row, require_folder, rows
 from controller.research.measured.tentacle import TENTACLE
 from controller.research.measured.trunk import TRUNK
 from controller.system.progress import ProgressCallback, no_progress
 
-SETS = (LIMB, REGULATOR, TENTACLE, TRUNK)
-ARM = UnreadSet(
-    name="soft arm",
-    source="github.com/Jeevan-HM/Soft-Robotic-Arm, data/_data_extract at dcd376e",
-    licence="MIT",
-    question=Question("the tip in 30 conditions, after a fit to six", "rms distance", "% of length"),
-    baselines={"their twin": 1.0},
-    why="data/_data_extract: it bends in space under four pouches, and this command does not read it yet",
-)
+SETS = (LIMB, REGULATOR, TENTACLE, ARM, TRUNK)
 
 
 def benchmark(folder: Path, told: ProgressCallback = no_progress) -> list[Row]:
@@ -30,4 +23,4 @@ def benchmark(folder: Path, told: ProgressCallback = no_progress) -> list[Row]:
     for done, one in enumerate(SETS, 1):
         found += rows(one, folder)
         told(done / len(SETS))
-    return [*found, unread_row(ARM)]
+    return found

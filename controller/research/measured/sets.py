@@ -74,23 +74,6 @@ def require_folder(folder: Path) -> None:
         raise ParameterError(f"data = {folder} is no folder: give the one into which the repositories were cloned")
 
 
-class UnreadSet(NamedTuple):
-    """Public data that cannot be read here, and why."""
-
-    name: str
-    source: str
-    licence: str
-    question: Question
-    baselines: dict[str, float]
-    """As published with the data."""
-    why: str
-
-
-def unread_row(one: UnreadSet) -> Row:
-    """Its row, so that the table does not look as if there were no such data."""
-    return _row(one.name, one.question, None, one.baselines, {}, [one.why])
-
-
 def rows(one: MeasuredSet, folder: Path) -> list[Row]:
     """A row for each question, answered where all files are there."""
     found = {inner: find(folder, inner) for inner in one.files}

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 app = commands(no_args_is_help=True, help=__doc__)
 out = Console()
+NAMED_MAX = 2
+"""Files of a set that are missing and are named; the rest are counted."""
 
 
 @app.callback()
@@ -27,7 +29,7 @@ def real(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the rows to this file.")] = None,
 ) -> None:
     """Answer questions about measured data of others, blind (`tendril docs identification`)."""
-    from controller.research.measured.real import ARM, SETS, benchmark
+    from controller.research.measured.real import SETS, benchmark
     from controller.schema.origin import origin
     from controller.system.origin import command_line
     from controller.system.progress import progress
@@ -38,7 +40,7 @@ def real(
     with progress(out, "Benchmark") as told:
         rows = benchmark(data, told)
     _show(rows)
-    for one in (*SETS, ARM):
+    for one in SETS:
         if any(row["missing"] for row in rows if row["set"] == one.name):
             out.print(
                 f"{one.name} is to be had from {one.source} (licence: {one.licence})", highlight=False, soft_wrap=True
@@ -59,6 +61,9 @@ def _show(rows: "Sequence[Row]") -> None:
         for name, value in row["baselines"].items():
             table.add_row(name, number(value))
         out.print(table)
-        for one in row["missing"]:
+        missing = row["missing"]
+        for one in missing[:NAMED_MAX]:
             out.print(f"missing: {one}", markup=False, highlight=False, soft_wrap=True)
+        if len(missing) > NAMED_MAX:
+            out.print(f"missing: {len(missing) - NAMED_MAX} more beside these (--json names them)", soft_wrap=True)
         out.print()

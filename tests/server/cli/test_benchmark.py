@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from controller.errors import TendrilError
-from controller.research.measured.real import ARM, SETS
+from controller.research.measured.real import SETS
 from server.cli.main import app
 
 pytestmark = pytest.mark.keyed("server/cli/research/benchmark.py", "tests/data")
@@ -25,7 +25,7 @@ def test_what_is_there_is_answered_and_what_is_not_is_named(tmp_path: Path, caps
     run("benchmark", "real", "--data", DATA, "--json", tmp_path / "real.json")
     found = json.loads((tmp_path / "real.json").read_text())["rows"]
     assert all(set(row) == FIELDS for row in found)
-    assert {row["set"] for row in found} == {one.name for one in (*SETS, ARM)}
+    assert {row["set"] for row in found} == {one.name for one in SETS}
     for row in found:
         assert (row["ours"] is None) == bool(row["missing"])
         assert row["ours"] is None or 0.0 < row["ours"] < 50.0
@@ -36,6 +36,7 @@ def test_what_is_there_is_answered_and_what_is_not_is_named(tmp_path: Path, caps
         assert hashed == sha256((DATA / inner).read_bytes()).hexdigest()
     said = capsys.readouterr().out
     assert "missing: cpp_examples/real2sim_case/soft_limb_data.csv" in said
+    assert "missing: 29 more beside these" in said
     assert "is to be had from github.com/StructuresComp/dismech-rods (licence: GPL-3.0)" in said
 
 
