@@ -19,7 +19,7 @@ from server.app.listening import address, handles, listen
 from server.app.ready import Addresses
 from server.app.services import Services
 from server.app.shutdown import Server, come_to_rest
-from server.http.connections import Connection, Socket
+from server.http.connections import Doorstep, Socket
 from server.http.tls import require_certificate
 from server.settings import ServerSettings
 
@@ -86,7 +86,7 @@ def uvicorn_server(
     application = ApplicationLoop(app, frozenset({COMMAND}), uvicorn.Config(app).get_loop_factory())
     config = uvicorn.Config(
         application,
-        http=Connection,
+        http=Doorstep,
         ws=Socket,
         ws_max_size=MESSAGE_MAX,
         ws_per_message_deflate=False,

@@ -9,25 +9,30 @@ until the connections that came meanwhile had their turn and the application too
 """
 
 import asyncio
+import re
 from http import HTTPStatus
+from typing import Any, cast
 
 from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
 from uvicorn.protocols.http.flow_control import FlowControl
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
-from uvicorn.protocols.utils import ClientDisconnected
+from uvicorn.protocols.utils import ClientDisconnected, get_remote_addr
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.exceptions import InvalidState
 from websockets.frames import CloseCode
 
 HEAD_MAX = 1 << 16
 """Bytes of request line and headers."""
+END = re.compile(rb"\n\r?\n")
+"""Of a head."""
 CONNECTIONS_MAX = 1000
 """Of one address at the same time: 200 pages behind it have some 700 sockets, and what they fetch meanwhile."""
 URGENT = "urgent"
 """In a socket's state: called in the network's loop with each text message as it comes in, before it is queued; True:
 it was acted on."""
 REQUEST_SECONDS = 30.0
-"""From the first byte of a request, or from the connection, to the last byte of its body: 1 MiB at 35 kB/s."""
+"""From the connection to the end of the first head, and from there, or from a later request's first byte, to the last
+byte of its body: 1 MiB at 35 kB/s."""
 UNHEARD_MAX = 1 << 16
 """Bytes of messages that wait for a socket's route before no more is read: what is urgent may come behind
 several seconds of a drag.
@@ -109,26 +114,26 @@ class ConnectionCount:
     most = CONNECTIONS_MAX
 
     def __init__(self) -> None:
-        self._open: dict[str, dict[asyncio.BaseProtocol, None]] = {}
+        self._open: dict[str, dict[Counted, None]] = {}
 
-    def come(self, one: "Connection | Socket") -> None:
+    def come(self, one: "Counted") -> None:
         """Count one more."""
         self._open.setdefault(_address(one), {})[one] = None
 
-    def go(self, one: "Connection | Socket") -> None:
+    def go(self, one: "Counted") -> None:
         """Count one less."""
         same = self._open.get(_address(one), {})
         same.pop(one, None)
         if not same:
             self._open.pop(_address(one), None)
 
-    def room_for(self, one: "Connection") -> bool:
+    def room_for(self, one: "Doorstep") -> bool:
         """Whether `one` may stay; of too many the one goes that has asked for nothing for the longest time."""
         same = self._open[_address(one)]
         if len(same) <= self.most:
             return True
         idle = next(
-            (other for other in same if isinstance(other, Connection) and other.idle and other is not one), None
+            (other for other in same if not isinstance(other, Socket) and other.idle and other is not one), None
         )
         if idle is not None:
             self.go(idle)  # now: it is lost a turn later, when others have come, each of whom sends one away
@@ -139,8 +144,60 @@ class ConnectionCount:
 OPEN = ConnectionCount()
 
 
-def _address(one: "Connection | Socket") -> str:
+def _address(one: "Counted") -> str:
     return one.client[0] if one.client else ""
+
+
+class Doorstep(asyncio.Protocol):
+    """A connection of which no whole head has come: it costs hardly anything, and a flood has thousands of it.
+
+    What does not begin as a request goes through at once, and is refused there.
+    """
+
+    idle = True
+    client: tuple[str, int] | None = None
+    transport: asyncio.Transport
+
+    def __init__(self, **given: Any) -> None:
+        """`given` is what uvicorn has for the connection to be."""
+        self._given, self._head = given, bytearray()
+        self._others: set[Any] = given["server_state"].connections
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """The first request must come; 503 where one address has too many connections at work."""
+        self.transport = cast(asyncio.Transport, transport)
+        self.client = get_remote_addr(self.transport)
+        self._others.add(self)
+        OPEN.come(self)
+        loop = self._given.get("_loop") or asyncio.get_running_loop()
+        self._deadline = loop.call_later(Connection.seconds, self.transport.abort)
+        if not OPEN.room_for(self):
+            text = f"more than {OPEN.most} connections from {_address(self)}"
+            refuse(self.transport, HTTPStatus.SERVICE_UNAVAILABLE, text)
+
+    def data_received(self, data: bytes) -> None:
+        """Go in with a whole head, with one that is too long, and with what is none."""
+        unread = max(0, len(self._head) - 2)
+        self._head += data
+        if END.search(self._head, unread) or len(self._head) > HEAD_MAX or not self._head[:3].isupper():
+            self._leave()
+            found = Connection(**self._given)
+            self.transport.set_protocol(found)
+            found.connection_made(self.transport)
+            found.data_received(bytes(self._head))
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """It never went in."""
+        self._leave()
+
+    def shutdown(self) -> None:
+        """The server ends."""
+        self.transport.close()
+
+    def _leave(self) -> None:
+        self._deadline.cancel()
+        self._others.discard(self)
+        OPEN.go(self)
 
 
 class Connection(Chunked, HttpToolsProtocol):
@@ -154,14 +211,11 @@ class Connection(Chunked, HttpToolsProtocol):
     _deadline: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """The first request must come; 503 where one address has too many connections at work."""
+        """It came from the doorstep, with the head of its first request."""
         super().connection_made(transport)
         self.flow = Flow(transport, self)
         OPEN.come(self)
         self._begin()
-        if not OPEN.room_for(self):
-            text = f"more than {OPEN.most} connections from {_address(self)}"
-            self._refuse(HTTPStatus.SERVICE_UNAVAILABLE, text)
 
     def held(self) -> bool:
         """Whether requests wait behind the one that is being answered, or its body is not taken."""
@@ -184,7 +238,7 @@ class Connection(Chunked, HttpToolsProtocol):
         super().take(data)
         if self._in_head and self._head > HEAD_MAX and not self.transport.is_closing():
             text = f"the request line and its headers are longer than {HEAD_MAX} bytes"
-            self._refuse(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, text)
+            refuse(self.transport, HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, text)
 
     def on_message_begin(self) -> None:
         """Another head begins."""
@@ -242,12 +296,6 @@ class Connection(Chunked, HttpToolsProtocol):
 
     def _give_up(self) -> None:
         self.transport.abort()
-
-    def _refuse(self, status: HTTPStatus, detail: str) -> None:
-        text = f'{{"detail": "{detail}"}}'
-        head = f"HTTP/1.1 {status.value} {status.phrase}\r\ncontent-type: application/json\r\nconnection: close\r\n"
-        self.transport.write(f"{head}content-length: {len(text)}\r\n\r\n{text}".encode())
-        self.transport.close()
 
 
 class Socket(Chunked, WebSocketsSansIOProtocol):
@@ -325,6 +373,17 @@ class Socket(Chunked, WebSocketsSansIOProtocol):
             return False
         self.frames = []
         return True
+
+
+Counted = Doorstep | Connection | Socket
+
+
+def refuse(transport: asyncio.Transport, status: HTTPStatus, detail: str) -> None:
+    """Answer with this, and end the connection."""
+    text = f'{{"detail": "{detail}"}}'
+    head = f"HTTP/1.1 {status.value} {status.phrase}\r\ncontent-type: application/json\r\nconnection: close\r\n"
+    transport.write(f"{head}content-length: {len(text)}\r\n\r\n{text}".encode())
+    transport.close()
 
 
 def _is_text(data: bytes) -> bool:

@@ -15,7 +15,7 @@ import uvicorn
 from uvicorn.server import ServerState
 
 from server.http import connections
-from server.http.connections import CHUNK_BYTES, HEAD_MAX, OPEN, Connection, ConnectionCount, Flow
+from server.http.connections import CHUNK_BYTES, HEAD_MAX, OPEN, Connection, ConnectionCount, Doorstep, Flow
 from tests.server.live_server import TestServer, wait_for
 
 pytestmark = pytest.mark.keyed()
@@ -128,9 +128,10 @@ def test_of_too_many_that_come_in_one_turn_each_sends_another_one_away(monkeypat
     count = ConnectionCount()
     monkeypatch.setattr(count, "most", 2)
     monkeypatch.setattr(connections, "OPEN", count)
-    config, transports = uvicorn.Config(Mock(), http=Connection), [Transport() for _ in range(5)]
+    config, transports = uvicorn.Config(Mock(), http=Doorstep), [Transport() for _ in range(5)]
     for transport in transports:
-        Connection(config, ServerState(), {}, Mock()).connection_made(transport)
+        one = Doorstep(config=config, server_state=ServerState(), app_state={}, _loop=Mock())
+        one.connection_made(transport)
     assert [transport.aborted for transport in transports] == [1, 1, 1, 0, 0]
 
 
@@ -165,7 +166,20 @@ def test_a_connection_that_is_gone_leaves_nothing_to_collect(ask: bytes, server:
 
 
 def _alive() -> list[object]:
-    return [one for one in gc.get_objects() if type(one) in (Connection, Flow)]
+    return [one for one in gc.get_objects() if type(one) in (Doorstep, Connection, Flow)]
+
+
+def test_who_has_not_said_a_whole_head_costs_hardly_anything(server: TestServer) -> None:
+    """Parser, flow control and deadline of a request are made for what is one: a flood of half heads has none."""
+    with contextlib.ExitStack() as stack:
+        many = [stack.enter_context(raw(server)) for _ in range(20)]
+        for one in many:
+            one.sendall(b"GET /api/session HTTP/1.1\r\nhost: ")
+        wait_for(lambda: len(_alive()) >= 20, "all to be there")
+        assert {type(one) for one in _alive()} == {Doorstep}
+        many[7].sendall(b"x\r\nconnection: close\r\n\r\n")
+        assert answer(many[7]).startswith(b"HTTP/1.1 ")
+    wait_for(lambda: not _alive(), "all to be gone")
 
 
 def test_an_address_with_too_many_sockets_is_told_so(server: TestServer, monkeypatch: pytest.MonkeyPatch) -> None:
