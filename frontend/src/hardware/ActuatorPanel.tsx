@@ -183,8 +183,7 @@ function actuatorFacts(actuator: Actuator): [string, string][] {
     ["Highest pressure", kilopascals(pressure_max)],
   ];
   const slopes = pressure_map.length === 4 ? pressure_map : pressure_map.flatMap((pair) => [pair, pair]);
-  const slope = (j: number): number =>
-    slopes.slice(2 * j, 2 * j + 2).reduce((sum, one) => sum + one / 2, 0);
+  const slope = (j: number): number => slopes.slice(2 * j, 2 * j + 2).reduce((sum, one) => sum + one / 2, 0);
   const percent = (shares: readonly number[], digits: number) =>
     shares.map((share, j) => `${plain(100 * share * u_max * slope(j), digits)} %`).join(", ");
   if (stiffening.some((share) => share > 0))
