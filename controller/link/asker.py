@@ -51,6 +51,8 @@ class Asker:
         self._sealer: Sealer | None = None
         self._lock = threading.Lock()
         self._trouble: TendrilError | None = None
+        self._replies: Any = None
+        """To the last shout: they come to someone."""
         self._refusals = Refusals(keys.rig, what="reply")
 
     @property
@@ -90,6 +92,21 @@ class Asker:
             self._trouble = None
         return answer
 
+    def shout(self, expression: str, payload: bytes) -> None:
+        """Send a sealed question without waiting for anything, its answer included: where it would have to, for another
+        thread or a session, nothing is sent. For who asks the same by `ask_sealed` as well.
+        """
+        if not self._lock.acquire(blocking=False):
+            return
+        try:
+            if self._sealer is not None:
+                seal = self._sealer.seal(expression, payload)
+                self._replies = self._sent(expression, payload, seal, TIMEOUT_S, zenoh.CongestionControl.DROP)
+        except RigUnreachable:
+            pass
+        finally:
+            self._lock.release()
+
     def prepare(self, timeout: float = TIMEOUT_S) -> None:
         """Open the session now, so that the first sealed question needs not wait for it."""
         with self._lock:
@@ -121,21 +138,27 @@ class Asker:
         return sealer
 
     def _get(self, expression: str, payload: bytes, attachment: bytes, timeout: float) -> "_Asked":
-        """Send the question to all who may answer it; the replies come while they are read, none instead of another."""
+        replies = self._sent(expression, payload, attachment, timeout, zenoh.CongestionControl.BLOCK)
+        asked = question(attachment, payload)
+        return _Asked(replies, self._key, self._keys.rig, expression, asked, timeout, self._refusals)
+
+    def _sent(self, expression: str, payload: bytes, attachment: bytes, timeout: float, full: Any) -> Any:
+        """Send the question to all who may answer it; the replies come while they are read, none instead of another.
+        `full`: what to do where the link takes no more.
+        """
         try:
-            replies = self._link.get(
+            return self._link.get(
                 expression,
                 target=zenoh.QueryTarget.ALL,
                 consolidation=zenoh.ConsolidationMode.NONE,
                 payload=payload,
                 attachment=attachment,
                 timeout=timeout,
+                congestion_control=full,
                 **self._quality,
             )
         except zenoh.ZError as error:
             raise RigUnreachable(f"rig {self._keys.rig!r} cannot be asked: {error}") from error
-        asked = question(attachment, payload)
-        return _Asked(replies, self._key, self._keys.rig, expression, asked, timeout, self._refusals)
 
 
 class _Asked(NamedTuple):

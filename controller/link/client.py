@@ -190,8 +190,11 @@ class RigClient:
         often it is sent. A rig that started again since, whose boot id is not `boot`, refuses it, and is vented. Raises
         as `command`, but never RigHeld.
         """
-        payload = np.array([boot, number], np.int64).tobytes() + by.encode(errors="replace")[:NAME_MAX_BYTES]
-        return CommandReply.model_validate_json(self._stopper.ask_sealed(self._keys.stop, payload))
+        return CommandReply.model_validate_json(self._stopper.ask_sealed(self._keys.stop, press(number, boot, by)))
+
+    def stop_at_once(self, number: int, boot: int, by: str = "") -> None:
+        """Send the same from any thread and wait for nothing, the answer included: `stop` with this number has it."""
+        self._stopper.shout(self._keys.stop, press(number, boot, by))
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that the rig's ring still holds."""
@@ -387,3 +390,8 @@ class RigClient:
             if self.connected:  # only slow: with the next batch the rows are asked for again
                 raise
             return np.empty(0, ROW)
+
+
+def press(number: int, boot: int, by: str) -> bytes:
+    """An E-STOP as it goes to the rig."""
+    return np.array([boot, number], np.int64).tobytes() + by.encode(errors="replace")[:NAME_MAX_BYTES]

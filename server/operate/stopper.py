@@ -1,5 +1,8 @@
 """The E-STOP's lane to the rig: a thread of its own, which waits for no command, permit, lock or queue of others.
 
+Who presses sends it at once, before this thread gets its turn, for which it would wait under a flood. The thread sends
+it as well, and waits for the answer.
+
 An E-STOP that is not answered is sent again, with the same number, until the rig answers, in this life or in its next;
 the rig acts on it once. Who asks while one is on its way gets another one of its own: the first may have been cleared
 meanwhile.
@@ -23,9 +26,14 @@ LAST = 2.0
 class Stopper:
     """Sends E-STOPs. `boot` is the rig's boot that was met last, None before the first contact."""
 
-    def __init__(self, send: Callable[[int, int, str], CommandReply], boot: Callable[[], int | None]) -> None:
-        """`send` is `RigClient.stop`."""
-        self._send, self._boot = send, boot
+    def __init__(
+        self,
+        send: Callable[[int, int, str], CommandReply],
+        boot: Callable[[], int | None],
+        at_once: Callable[[int, int, str], None] = lambda number, boot, by: None,
+    ) -> None:
+        """`send` is `RigClient.stop`, `at_once` its `stop_at_once`."""
+        self._send, self._boot, self._at_once = send, boot, at_once
         self._number = secrets.randbits(62)
         self._asked: list[Future[CommandReply]] = []
         self._meant: int | None = None
@@ -58,10 +66,14 @@ class Stopper:
             self.by = self.by or who
             if self._closed:
                 answer.set_exception(RigUnreachable("the server is shutting down"))
-            else:
-                self._asked.append(answer)
-                self._meant = self._boot()
-                self._wake.notify()
+                return answer
+            self._number += 1
+            self._meant = self._boot()
+            number, meant, by = self._number, self._meant, self.by
+            self._asked.append(answer)
+            self._wake.notify()
+        if meant is not None:
+            self._at_once(number, meant, by)
         return answer
 
     def over(self, by: str = "") -> None:
@@ -92,7 +104,6 @@ class Stopper:
 
     def _begin(self) -> None:
         """Another press: it has a number of its own, and is for the boot that was known when it was asked."""
-        self._number += 1
         self._waiting = None if self._meant is None else (self._number, self._meant)
 
     def _serve(self, answers: "list[Future[CommandReply]]") -> None:

@@ -98,6 +98,10 @@ class Rig:
         """Send an E-STOP past everything; see `RigClient.stop`."""
         return self._link.stop(number, boot, by)
 
+    def stop_at_once(self, number: int, boot: int, by: str) -> None:
+        """Send one and wait for nothing; see `RigClient.stop_at_once`."""
+        self._link.stop_at_once(number, boot, by)
+
     @property
     def met(self) -> int | None:
         """The boot of the rig that was met last, heard now or not."""

@@ -4,7 +4,9 @@ What stands in: the wire (it answers, loses the reply, loses the message, or del
 plant, whose markers stand still. A message is late by less than a second: zenoh ends a link that is silent for longer.
 """
 
+import contextlib
 import time
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +15,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from controller.errors import RigUnreachable, SessionUnknown, TendrilError
-from controller.link.client import QUIET_S
+from controller.link.client import QUIET_S, press
 from controller.link.seal import Introduction, Sealer
 from controller.realtime import command_handler as handler_module
 from controller.schema.layout import to_record
@@ -56,6 +58,18 @@ class Lane:
         except SessionUnknown:
             self.sealer = None
             return self._ask(key, payload, what, fate)
+
+    def shout(self, key: str, payload: bytes, fate: Fate) -> None:
+        """Sent by who waits for no answer, and opens no session."""
+        if self.sealer is None:
+            return
+        message = Message(self.world.rig.boot, key, payload, self.sealer.seal(key, payload), [], self.world.now)
+        if fate == "late":
+            self.world.late.append(message)
+        elif fate != "lost":
+            with contextlib.suppress(TendrilError):
+                self.world.rig.hear(message)
+            self.world.old.append(message)
 
     def _ask(self, key: str, payload: bytes, what: list[Asked], fate: Fate) -> bytes:
         world = self.world
@@ -103,7 +117,9 @@ class Server:
         self.serving: list[Asked] = []
         self.pressed_within = False
         """E-STOP is pressed, and answered, while the next record is on its way."""
-        self.stopper = Stopper(self._stop, lambda: self.boot)
+        self.at_once: Fate = "lost"
+        """What becomes of an E-STOP that leaves before the stopper's thread has its turn."""
+        self.stopper = Stopper(self._stop, lambda: self.boot, self._shout)
         self.operator = Operator(self._send, self.hears, lambda: self.row, Settings(), self.stopper)
 
     def see(self) -> None:
@@ -143,9 +159,11 @@ class Server:
             self.step_stop("answered")
         return CommandReply.model_validate_json(answer)
 
+    def _shout(self, number: int, boot: int, by: str) -> None:
+        self.stops.shout(KEYS.stop, press(number, boot, by), self.at_once)
+
     def _stop(self, number: int, boot: int, by: str) -> CommandReply:
-        payload = np.array([boot, number], np.int64).tobytes() + by.encode()
-        answer = self.stops.ask(KEYS.stop, payload, [], self.fate)
+        answer = self.stops.ask(KEYS.stop, press(number, boot, by), [], self.fate)
         return CommandReply.model_validate_json(answer)
 
 
@@ -207,12 +225,14 @@ class World:
             answer = server.operator.request(request, ANYTHING, at if request == Request.FOLLOW else None)
         self.asked.append(Asked(self.order, request, server.boot, server, answer))
 
-    def press(self, server: Server) -> None:
+    def press(self, server: Server, at_once: Fate = "lost") -> None:
         """E-STOP."""
+        server.at_once = at_once
         self.order += 1
-        pressed = Asked(self.order, Request.E_STOP, server.boot, server, server.operator.stop())
+        pressed = Asked(self.order, Request.E_STOP, server.boot, server, Future())
         pressed.carried = server.boot != self.rig.boot
-        self.pressed.append(pressed)
+        self.pressed.append(pressed)  # before it leaves: the rig may act on it at once
+        pressed.answer = server.operator.stop()
         assert not server.operator._jobs, "something waits though an E-STOP was pressed"
 
     def deliver(self, index: int, again: bool) -> None:

@@ -152,6 +152,19 @@ def test_of_two_servers_the_first_commands_and_the_second_only_stops(rig: LiveRi
     second.client.close()
 
 
+def test_an_e_stop_sent_at_once_acts_and_the_same_one_asked_for_again_is_answered_with_it(rig: LiveRig) -> None:
+    first, client = rig.operator, rig.operator.client
+    assert first.send(Request.ARM).mode == Mode.HOLD
+    wait_for(lambda: first.newest()["mode"] == Mode.HOLD)
+    client.stop_at_once(3, rig.ready.boot, "ann")
+    wait_for(lambda: first.newest()["mode"] == Mode.E_STOP)
+    taken = int(first.newest()["request_n"])
+    assert client.stop(3, rig.ready.boot, "ann").n == taken
+    assert int(first.newest()["request_n"]) == taken
+    first.request_n = taken
+    assert first.send(Request.CLEAR).mode == Mode.VENTED
+
+
 def test_the_second_server_commands_once_the_first_left_or_fell_silent(rig: LiveRig) -> None:
     assert rig.settings.key_file
     first, second = rig.operator, Operator(rig.ready.endpoint, "test", rig.settings.key_file)

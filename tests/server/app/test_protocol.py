@@ -19,7 +19,8 @@ ACT = st.one_of(
     st.tuples(st.just("ask"), SERVER, st.sampled_from(ASKED)),
     st.tuples(st.just("step"), SERVER, FATE),
     st.tuples(st.just("step"), SERVER, st.just("answered")),
-    st.tuples(st.sampled_from(["press", "press_within"]), SERVER, st.none()),
+    st.tuples(st.just("press"), SERVER, FATE),
+    st.tuples(st.just("press_within"), SERVER, st.none()),
     st.tuples(st.just("step_stop"), SERVER, FATE),
     st.tuples(st.just("see"), SERVER, st.none()),
     st.tuples(st.just("present"), SERVER, st.none()),
@@ -53,6 +54,8 @@ TWO = [
     [("press", 0, None), ("step_stop", 0, "reply lost")],
     [("press", 0, None), ("step_stop", 0, "lost"), ("ask", 0, Request.FOLLOW), ("step", 0, "answered")],
     [("press", 1, None), ("step_stop", 1, "answered")],
+    [("press", 1, "answered"), ("step_stop", 1, "answered")],
+    [("press", 0, "late"), ("step_stop", 0, "answered"), ("ask", 0, Request.CLEAR), ("step", 0, "answered")],
     [("step_stop", 0, "answered")],
     [("ask", 0, Request.HOLD), ("press", 0, None), ("step", 0, "answered")],
     [
@@ -93,7 +96,7 @@ def act(world: World, what: str, one: object, other: object) -> None:
     elif what == "present":
         server.operator.present(ANYTHING)
     elif what == "press":
-        world.press(server)
+        world.press(server, "lost" if other is None else other)  # type: ignore[arg-type]
     elif what == "late":
         world.deliver(one, bool(other))  # type: ignore[arg-type]
     elif what == "run":

@@ -212,6 +212,31 @@ def test_e_stop_waits_for_no_call_and_ends_what_waits(loop: Loop, operator: Oper
     assert cleared.request_n > 100, "above the number that the E-STOP took, seen in a row or not"
 
 
+def test_an_e_stop_leaves_before_any_other_thread_has_its_turn_and_has_one_number(loop: Loop) -> None:
+    """It is on its way when `stop` returns, whatever holds up the thread that waits for the answer."""
+    at_once, answered = list[tuple[int, int, str]](), threading.Event()
+
+    def late(number: int, boot: int, by: str) -> CommandReply:
+        answered.wait(20)
+        return loop.stop(number, boot, by)
+
+    stopper = Stopper(late, lambda: loop.boot, lambda *pressed: at_once.append(pressed))
+    try:
+        first = stopper.stop("ann")
+        assert [one[1:] for one in at_once] == [(7, "ann")]
+        assert not loop.stops
+        answered.set()
+        assert first.result(20).accepted
+        stopper.stop("bob").result(20)
+        assert loop.stops == [number for number, _, _ in at_once]
+        assert len(set(loop.stops)) == 2
+        loop.boot = None
+        stopper.stop("bob")
+        assert len(at_once) == 2, "no rig was met that it could be meant for"
+    finally:
+        stopper.close()
+
+
 def test_an_e_stop_without_an_answer_is_sent_until_there_is_one_and_nothing_else_is(
     loop: Loop, operator: Operator
 ) -> None:
