@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 from scipy.stats import t as student
 
 from controller.arrays import Array
 from controller.errors import ParameterError
 from controller.schema.parameters import ControllerParameters
+from controller.simulation.lag import lagged
 
 STEP_LEAST = 5e3
 """A setpoint that moves by less is no step [Pa]."""
@@ -107,14 +107,13 @@ def fit_pneumatics(chambers: Sequence[ChamberSteps], dt: float) -> PneumaticFit:
     )
 
 
-def lagged(asked: Array, theta: Array, dt: float) -> Array:
+def filled(asked: Array, theta: Array, dt: float) -> Array:
     """Pressure (n,) [Pa] of a chamber that is asked for `asked` (n,) [Pa]; theta: dead time, lag (or in, out) [s]."""
     rows = np.arange(len(asked), dtype=float)
     late = np.interp(rows - theta[0] / dt, rows, asked)
     inward, outward = (1.0 - math.exp(-dt / tau) for tau in (theta[1], theta[-1]))
     if len(theta) == 2:
-        found: Array = lfilter([inward], [1.0, inward - 1.0], late, zi=[(1.0 - inward) * late[0]])[0]
-        return found
+        return lagged(late, 1.0 - inward, late[:1])
     p, course = float(late[0]), []
     for p_set in late.tolist():
         p += (p_set - p) * (inward if p_set > p else outward)
@@ -143,7 +142,7 @@ def _require_steps(chambers: Sequence[ChamberSteps]) -> None:
 
 def _shown(theta: Array, one: ChamberSteps, dt: float) -> tuple[float, float, Array]:
     """Gain, offset [Pa] and what the model with them shows (n,) [Pa]."""
-    p = lagged(one.asked, theta, dt)
+    p = filled(one.asked, theta, dt)
     seen = np.isfinite(one.shown)
     A = np.column_stack((p, np.ones_like(p)))
     (gain, offset), *_ = np.linalg.lstsq(A[seen], one.shown[seen], rcond=None)

@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 
 from controller.arrays import Array, Mask
 from controller.assembly.plant import build_hardware
@@ -31,6 +30,7 @@ from controller.errors import ParameterError
 from controller.kernels.plant.hardware import limited
 from controller.kernels.plant.valve import ATMOSPHERE, regulate
 from controller.schema.hardware import PressureLoop, Valves
+from controller.simulation.lag import lagged
 from controller.simulation.pneumatic_fit import ChamberSteps
 
 SMOOTH, EVERY = 5, 4
@@ -214,7 +214,7 @@ def _regressors(openings: Array, share: Array, full: Mask, dt: float) -> Callabl
     def regressors(x: Array) -> Array:
         late = np.interp(rows - x[0] / dt, rows, openings)
         keep = math.exp(-dt / x[1]) if x[1] > 1e-6 else 0.0
-        spool = lfilter([1.0 - keep], [1.0, -keep], late, zi=[keep * late[0]])[0] + x[2]
+        spool = lagged(late, keep, late[:1]) + x[2]
         ways = np.column_stack((np.clip(spool, 0.0, 1.0), np.clip(spool, -1.0, 0.0) * share))
         sums = np.cumsum(np.where(full[:, None], ways, 0.0), axis=0)[full][::EVERY] * dt
         found: Array = np.column_stack((sums, np.ones(len(sums))))

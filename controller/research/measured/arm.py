@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 
 from controller.arrays import Array, Mask
 from controller.assembly.equilibrium import body_of, carrying, settle
@@ -20,15 +19,14 @@ from controller.assembly.rod import build_rod
 from controller.errors import DataError
 from controller.research.measured.sets import Answer, MeasuredSet, Question
 from controller.schema.actuator import Actuator
+from controller.simulation.lag import lagged
 
 OCTOBER = {"25": (1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 15, 17, 18, 19, 20), "28": (1, 2, *range(5, 16), 18, 19)}
 """Days, and their experiments in the public snapshot that we have seen: some 100 samples a second for two minutes."""
-FILES = tuple(
-    f"experiments/csv/October-{day}/cleaned_data/Experiment_{n}.csv" for day, all_n in OCTOBER.items() for n in all_n
-)
+PATH = "experiments/csv/October-{}/cleaned_data/Experiment_{}.csv"
+FILES = tuple(PATH.format(day, n) for day, all_n in OCTOBER.items() for n in all_n)
 FITTED = tuple(
-    f"experiments/csv/October-{day}/cleaned_data/Experiment_{n}.csv"
-    for day, n in (("25", 13), ("25", 17), ("25", 18), ("25", 19), ("28", 10), ("28", 19))
+    PATH.format(day, n) for day, n in (("25", 13), ("25", 17), ("25", 18), ("25", 19), ("28", 10), ("28", 19))
 )
 """All columns at once, three of them at two pressures, and one of them alone by two base pressures, on both days."""
 WINDOW_S = (40.0, 110.0)
@@ -104,7 +102,7 @@ def read_condition(path: Path) -> Condition:
 def predicted(one: Condition, numbers: Array) -> Array:
     """Motion (3,m) [m] of the tip in the window, of an arm with these `numbers`, as FIRST."""
     keep = np.exp(-np.median(np.diff(one.t)) / max(numbers[5], 1e-6))
-    p, _ = lfilter([1.0 - keep], [1.0, -keep], one.p, zi=keep * one.p[:, :1])
+    p = lagged(one.p, keep, one.p[:, :1])
     angles = numbers[0] - np.pi / 2 * np.arange(4)
     moment = (0.01 * numbers[1:5] * np.array([np.cos(angles), np.sin(angles)])) @ p
     return _motion(_tip(moment, 0.01 * numbers[6:] @ p), one)

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import lfilter
 
 from controller.arrays import Array
 from controller.errors import DataError
 from controller.research.measured.sets import Answer, MeasuredSet, Question
+from controller.simulation.lag import lagged
 
 FOLDER = "Benchmark/OneFesto(125Hz)"
 TAKES = [*(f"repeating_take{n}" for n in range(1, 6)), *(f"sweep_take{n}" for n in range(1, 6))]
@@ -57,8 +57,7 @@ def predicted(take: Take, gain: float, offset: float, dead: float, lag: float) -
     if lag <= 0.0:
         return asked
     keep = np.exp(-(take.t[1] - take.t[0]) / lag)
-    begun, _ = lfilter([1.0 - keep], [1.0, -keep], asked[1:], zi=[keep * take.p[0]])
-    return np.append(take.p[0], begun)
+    return np.append(take.p[0], lagged(asked[1:], keep, take.p[:1]))
 
 
 def read_take(path: Path) -> Take:

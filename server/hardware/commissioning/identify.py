@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from controller.errors import CommandRefused
 from controller.schema.actuator import Actuator, Tracking, parse_actuator, write_actuator
 from controller.schema.parameters import KAPPA, OBSERVER_KAPPA
+from controller.system.work_process import NICE
 from server.hardware.commissioning import planning
 from server.hardware.commissioning.messages import Number
 from server.hardware.commissioning.step_run import StepRun
@@ -24,7 +25,6 @@ from server.hardware.first_mode.messages import Interval, KeptMode, MeasuredMode
 
 IDENTIFY_MAX_S = 300.0
 """Longest time that it may take [s]."""
-NICE = 10
 KEPT_LINES = 80
 """Of what it says, for the report."""
 RESIDUAL = r"^ *(residual, .+?) {2,}(\S+) +rms of \d+ +(\S+) *$"

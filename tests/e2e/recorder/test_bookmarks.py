@@ -21,12 +21,14 @@ INKED = """(canvas) => {
   const { width, height } = canvas;
   const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
   const columns = new Array(width).fill(0);
-  for (let i = 0; i < width * height; i++)
+  const labels = Math.floor(height / 3);
+  for (let i = labels * width; i < width * height; i++)
     if (Math.abs(data[4 * i] - 230) + Math.abs(data[4 * i + 1] - 232) + Math.abs(data[4 * i + 2] - 234) < 30)
       columns[i % width] += 1;
-  return columns.map((count) => count / height);
+  return columns.map((count) => count / (height - labels));
 }"""
-"""Share of each column of pixels that has the colour of the lines, in the dark."""
+"""Share of each column of pixels, below the labels, that has the colour of the lines, in the dark: the stem of a letter
+is none."""
 NEWEST_LABELS = """async () => {
   const [newest] = await (await fetch("/api/recordings")).json();
   return newest.bookmarks.map(({ label }) => label);

@@ -43,8 +43,9 @@ export function drawMarks(plot: uPlot, marks: readonly PlotMark[], ink: Ink, ori
     ctx.lineWidth = devicePixelRatio;
     ctx.setLineDash([devicePixelRatio, 3 * devicePixelRatio]);
     ctx.beginPath();
-    ctx.moveTo(x, bbox.top);
-    ctx.lineTo(x, bbox.top + bbox.height);
+    const middle = x + devicePixelRatio / 2; // of a whole pixel: between two it would be of half the ink in both
+    ctx.moveTo(middle, bbox.top);
+    ctx.lineTo(middle, bbox.top + bbox.height);
     ctx.stroke();
     ctx.strokeStyle = ink.paper; // a seam, so that it is read over the curves
     ctx.lineWidth = 4 * devicePixelRatio;
