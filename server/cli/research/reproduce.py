@@ -21,9 +21,7 @@ from controller.simulation.live_path import live_settings
 from controller.simulation.run import for_reference
 from controller.system.origin import command_line
 from controller.system.progress import remaining
-from recordings.write.run_file import write_run
 from server.cli.files import made, require_file, write_json
-from server.cli.research.reproduce_table import show
 
 RECORDINGS = "recordings"
 """Folder of the .rrd files in the report's."""
@@ -39,6 +37,8 @@ class Recorder:
 
     def __call__(self, outcome: Outcome) -> None:
         """RecordingError when the file cannot be written."""
+        from recordings.write.run_file import write_run
+
         case = outcome.case
         if case.seed != self.seed:
             return
@@ -72,6 +72,8 @@ def run_reproduce(reproduction: Reproduction, report: Path | None, json_file: Pa
     recorder = recorder_in(report, reproduction) if report is not None else None
     with progress(reproduction, console) as told:
         results = reproduce(reproduction, told, recorder)
+    from server.cli.research.reproduce_table import show  # it draws, and takes its time to be there: not at the start
+
     show(results, console)
     for path in deliver(results, report, json_file, console):
         console.print(f"Written: {path}", markup=False, soft_wrap=True, highlight=False)
