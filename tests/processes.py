@@ -7,8 +7,8 @@ from typing import Any
 
 STARTS = frozenset({"subprocess.Popen", "os.fork", "os.forkpty", "os.posix_spawn", "os.spawn", "os.system"})
 """Audit events of Python."""
-COMMIT = "git"
-"""Asked once in a process for what every file names as its origin, whichever test comes first."""
+ONCE = ("git", "uname")
+"""Asked once in a process for what every file names as its origin, and for the machine, whichever test comes first."""
 started: list[str] = []
 """What this test process has started since the running test began."""
 
@@ -27,7 +27,7 @@ def watch() -> None:
 
 def note(event: str, given: tuple[Any, ...], starts: frozenset[str] = STARTS) -> None:
     """Of an audit event, where it starts a process. As Python ends, events still come, and globals have gone."""
-    if event in starts and given[:1] != (COMMIT,) and not importing():
+    if event in starts and given[:1] not in {(one,) for one in ONCE} and not importing():
         started.append(f"{event}: {given!r:.200}")
 
 
