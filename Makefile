@@ -4,6 +4,8 @@ BIN := .venv/bin
 NODE := PATH="$(CURDIR)/$(BIN):$$PATH"
 # One more than there are cores: most tests wait for a third of their time. More would each bring a rig that ticks.
 WORKERS := $(shell expr $$(nproc) + 1)
+# After the set-up, for which the tests wait; but `nice` alone, 10, would leave it a twentieth of a busy machine.
+ASIDE := nice -n 3
 PAGE_SOURCES := $(shell find frontend -type f -not -path '*/node_modules/*' 2>/dev/null)
 KERNEL_SOURCES := server/cli/kernels.py $(shell find controller server/drawing server/runs -name '*.py')
 # Where the environment forbids bytecode, every process would compile all of its libraries again: 1 to 2 s each.
@@ -64,18 +66,18 @@ lint: .venv/installed lint-page
 	$(BIN)/lint-imports
 
 types: .venv/installed types-page
-	nice $(BIN)/mypy
+	$(ASIDE) $(BIN)/mypy
 	$(NODE) .ci/same-schema
 
 # What needs the page's libraries only is done while pip still works, for which everything else waits.
 test-page: frontend/node_modules/installed
-	cd frontend && $(NODE) nice npm test --silent
+	cd frontend && $(NODE) $(ASIDE) npm test --silent
 
 lint-page: frontend/node_modules/installed
-	cd frontend && $(NODE) nice npm run --silent lint
+	cd frontend && $(NODE) $(ASIDE) npm run --silent lint
 
 types-page: frontend/node_modules/installed
-	cd frontend && $(NODE) nice npm run --silent check
+	cd frontend && $(NODE) $(ASIDE) npm run --silent check
 
 test-python: setup
 	$(BIN)/python -m pytest tests --ignore tests/e2e -n $(WORKERS) --dist worksteal -m "not long and not alone and not campaign"
