@@ -20,7 +20,8 @@ from controller.schema.parameters import CosseratParameters, PlantKind, RigParam
 from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import Window
 from tests.controller.chains import compiled
-from tests.controller.foreign import BODIES, STRETCH, backbone_miss, followed, identified
+from tests.controller.foreign import BODIES, COSSERAT, STRETCH, Foreign, backbone_miss, identified
+from tests.controller.foreign_mujoco import MUJOCO
 from tests.controller.trial import Trial, distance, line, true_tip
 
 pytestmark = pytest.mark.keyed()
@@ -151,19 +152,20 @@ def test_on_the_slow_circle_the_observer_misses_a_plant_that_stiffens_by_some_fi
     assert foreign.metrics[Window.WHOLE]["rmse"] < 18.0
 
 
+@pytest.mark.parametrize("foreign", [COSSERAT, pytest.param(MUJOCO, marks=pytest.mark.long)], ids=["rod", "mujoco"])
 @pytest.mark.parametrize("actuator", BODIES)
 def test_static_tests_teach_the_model_what_stiffens_and_stretches_and_the_observer_sees_the_backbone(
-    actuator: str, tmp_path: Path
+    actuator: str, foreign: Foreign, tmp_path: Path
 ) -> None:
     body = BODIES[actuator]
-    model = identified(body, tmp_path)
+    model = identified(body, tmp_path, foreign.at_rest)
     full = body.u_max * body.pressure_map[0]
     assert [share * full for share in model.stiffening] == pytest.approx([0.3, 0.3], rel=0.06)
     assert [share * full for share in model.stretching] == pytest.approx([STRETCH, STRETCH], rel=0.05)
     assert model.chamber_arcs is not None
     assert model.chamber_arcs[1][0] == pytest.approx(body.length / 2, rel=0.01)
-    assert backbone_miss(followed(Case("circle_0.25hz", actuator), model, body)) < 2.0
-    assert backbone_miss(followed(Case("circle_0.25hz", actuator, "rod6"), model, body)) < 5.0
+    assert backbone_miss(foreign.followed(Case("circle_0.25hz", actuator), model, body)) < 2.0
+    assert backbone_miss(foreign.followed(Case("circle_0.25hz", actuator, "rod6"), model, body)) < 5.0
 
 
 @pytest.mark.parametrize("plant", ["rod", "cosserat"])
