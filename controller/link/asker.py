@@ -51,8 +51,8 @@ class Asker:
         self._sealer: Sealer | None = None
         self._lock = threading.Lock()
         self._trouble: TendrilError | None = None
-        self._replies: Any = None
-        """To the last shout: they come to someone."""
+        self._unheard: _Asked | None = None
+        """The last shout, whose replies come to someone."""
         self._refusals = Refusals(keys.rig, what="reply")
 
     @property
@@ -101,7 +101,7 @@ class Asker:
         try:
             if self._sealer is not None:
                 seal = self._sealer.seal(expression, payload)
-                self._replies = self._sent(expression, payload, seal, TIMEOUT_S, zenoh.CongestionControl.DROP)
+                self._unheard = self._get(expression, payload, seal, TIMEOUT_S, zenoh.CongestionControl.DROP)
         except RigUnreachable:
             pass
         finally:
@@ -137,17 +137,20 @@ class Asker:
         self._get(expression, payload, sealer.seal(expression, payload), timeout).answer()
         return sealer
 
-    def _get(self, expression: str, payload: bytes, attachment: bytes, timeout: float) -> "_Asked":
-        replies = self._sent(expression, payload, attachment, timeout, zenoh.CongestionControl.BLOCK)
-        asked = question(attachment, payload)
-        return _Asked(replies, self._key, self._keys.rig, expression, asked, timeout, self._refusals)
-
-    def _sent(self, expression: str, payload: bytes, attachment: bytes, timeout: float, full: Any) -> Any:
+    def _get(
+        self,
+        expression: str,
+        payload: bytes,
+        attachment: bytes,
+        timeout: float,
+        full: Any = zenoh.CongestionControl.BLOCK,
+    ) -> "_Asked":
         """Send the question to all who may answer it; the replies come while they are read, none instead of another.
-        `full`: what to do where the link takes no more.
+
+        `full`: what becomes of it where the link takes no more.
         """
         try:
-            return self._link.get(
+            replies = self._link.get(
                 expression,
                 target=zenoh.QueryTarget.ALL,
                 consolidation=zenoh.ConsolidationMode.NONE,
@@ -159,6 +162,8 @@ class Asker:
             )
         except zenoh.ZError as error:
             raise RigUnreachable(f"rig {self._keys.rig!r} cannot be asked: {error}") from error
+        asked = question(attachment, payload)
+        return _Asked(replies, self._key, self._keys.rig, expression, asked, timeout, self._refusals)
 
 
 class _Asked(NamedTuple):
