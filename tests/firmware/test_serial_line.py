@@ -64,7 +64,7 @@ def test_one_lost_answer_stops_nothing(bench: Bench) -> None:
     device = bench.device()
 
     def after_a_lost_answer() -> str:
-        answer(device, VENT)  # the board obeys, whatever it vented for
+        answer(device, VENT)  # the board follows again, for any reason that it vented for
         bench.peer.half_frame()
         device.exchange(outlet(50e3), 0.1)
         return answer(device, outlet(50e3)).stopped

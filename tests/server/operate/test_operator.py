@@ -213,7 +213,7 @@ def test_e_stop_waits_for_no_call_and_ends_what_waits(loop: Loop, operator: Oper
 
 
 def test_an_e_stop_leaves_before_any_other_thread_has_its_turn_and_has_one_number(loop: Loop) -> None:
-    """It is on its way when `stop` returns, whatever holds up the thread that waits for the answer."""
+    """It is on its way when `stop` returns, also while the thread that waits for the answer is busy."""
     at_once, answered = list[tuple[int, int, str]](), threading.Event()
 
     def late(number: int, boot: int, by: str) -> CommandReply:
