@@ -11,9 +11,11 @@ from controller.drivers.valves.modbus.driver import ModbusValves
 from controller.drivers.valves.modbus.registers import words_of
 from controller.drivers.valves.modbus.wire import Wire
 from controller.errors import ParameterError
+from controller.virtual import modbus_server
 from controller.virtual.modbus_server import ModbusPeer
 from tests.controller.drivers.commands import ANSWER_S, SETPOINTS, Plant, vented, wanted
 from tests.controller.drivers.effort import Waits
+from tests.controller.drivers.valves.clock import Clock
 
 LISTED = {"map": "registers", "pressure_registers": [1, 2, 3, 4], "setpoint_registers": [11, 12, 13, 14]}
 """Registers of a device that is no VTEM."""
@@ -90,10 +92,16 @@ def test_a_vented_command_zeroes_setpoints_and_opens_the_dump_valve(
     assert plant.drive.vent and plant.drive.cut and not plant.drive.pressures.any()
 
 
-def test_the_terminal_vents_by_its_own_watchdog_when_the_host_dies(peer: ModbusPeer, plant: Plant) -> None:
+def test_the_terminal_vents_by_its_own_watchdog_when_the_host_dies(
+    peer: ModbusPeer, plant: Plant, monkeypatch: pytest.MonkeyPatch
+) -> None:
     valves = valves_at(peer, watchdog=0.15)
+    clock = Clock(monkeypatch, modbus_server)
     valves.exchange(wanted(), ANSWER_S)
-    assert 0.1 < plant.vented_within(1.0) < 0.25
+    clock.pass_by(0.15 - 1e-6)
+    assert not plant.drive.vent
+    clock.pass_by(2e-6)
+    assert plant.drive.vent
     reading = valves.exchange(wanted(), ANSWER_S)
     assert reading is not None and "slot 0 is ready, its app does not run" in reading.stopped
     valves.close()
