@@ -7,6 +7,7 @@ import os
 import secrets
 import socket
 import threading
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import zenoh
@@ -51,8 +52,6 @@ class Asker:
         self._sealer: Sealer | None = None
         self._lock = threading.Lock()
         self._trouble: TendrilError | None = None
-        self._unheard: _Asked | None = None
-        """The last shout, whose replies come to someone."""
         self._refusals = Refusals(keys.rig, what="reply")
 
     @property
@@ -92,18 +91,20 @@ class Asker:
             self._trouble = None
         return answer
 
-    def shout(self, expression: str, payload: bytes) -> None:
-        """Send a sealed question without waiting for anything, its answer included: where it would have to, for another
-        thread or a session, nothing is sent. For who asks the same by `ask_sealed` as well.
+    def send_sealed(self, expression: str, payload: bytes) -> Callable[[], Answer] | None:
+        """Send a sealed question without waiting for anything; what then waits for its answer, and raises as `ask`.
+
+        None where it was not sent: it would have had to wait, for another thread or for a session.
         """
         if not self._lock.acquire(blocking=False):
-            return
+            return None
         try:
-            if self._sealer is not None:
-                seal = self._sealer.seal(expression, payload)
-                self._unheard = self._get(expression, payload, seal, TIMEOUT_S, zenoh.CongestionControl.DROP)
+            if self._sealer is None:
+                return None
+            seal = self._sealer.seal(expression, payload)
+            return self._get(expression, payload, seal, TIMEOUT_S, zenoh.CongestionControl.DROP).answer
         except RigUnreachable:
-            pass
+            return None
         finally:
             self._lock.release()
 

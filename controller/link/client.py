@@ -192,9 +192,12 @@ class RigClient:
         """
         return CommandReply.model_validate_json(self._stopper.ask_sealed(self._keys.stop, press(number, boot, by)))
 
-    def stop_at_once(self, number: int, boot: int, by: str = "") -> None:
-        """Send the same from any thread and wait for nothing, the answer included: `stop` with this number has it."""
-        self._stopper.shout(self._keys.stop, press(number, boot, by))
+    def send_stop(self, number: int, boot: int, by: str = "") -> Callable[[], CommandReply] | None:
+        """Send the same from any thread, without waiting; what then waits for its answer, None if it was not sent."""
+        answer = self._stopper.send_sealed(self._keys.stop, press(number, boot, by))
+        if answer is None:
+            return None
+        return lambda: CommandReply.model_validate_json(answer().payload)
 
     def replay(self, first: int, count: int) -> np.ndarray:
         """Telemetry rows of ticks [first, first + count) that the rig's ring still holds."""

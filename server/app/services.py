@@ -166,7 +166,7 @@ class Services:
 
     def _people(self) -> None:
         rig, lease, history, events = self.rig, self.lease, self.history, self.events
-        stopper = Stopper(rig.stop, lambda: rig.met, rig.stop_at_once)
+        stopper = Stopper(rig.stop, lambda: rig.met, rig.send_stop)
         self.operator = Operator(rig.send, rig.boot, lambda: history.newest, self.kept.read(), stopper)
         history.listen(lambda rows: self.operator.acknowledgements.look())
         self.control = TargetContext(lease, self.permits, self.operator, history, events)

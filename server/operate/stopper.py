@@ -1,7 +1,7 @@
 """The E-STOP's lane to the rig: a thread of its own, which waits for no command, permit, lock or queue of others.
 
-Who presses sends it at once, before this thread gets its turn, for which it would wait under a flood. The thread sends
-it as well, and waits for the answer.
+Who presses sends it at once, before this thread gets its turn, for which it would wait under a flood. The thread waits
+for the answer, and sends what could not be sent at once.
 
 An E-STOP that is not answered is sent again, with the same number, until the rig answers, in this life or in its next;
 the rig acts on it once. Who asks while one is on its way gets another one of its own: the first may have been cleared
@@ -12,8 +12,9 @@ import secrets
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 
-from controller.errors import RigUnreachable, TendrilError
+from controller.errors import RigUnreachable, SessionUnknown, TendrilError
 from controller.schema.messages import CommandReply
 from controller.system.thread import SupervisedThread
 
@@ -30,9 +31,9 @@ class Stopper:
         self,
         send: Callable[[int, int, str], CommandReply],
         boot: Callable[[], int | None],
-        at_once: Callable[[int, int, str], None] = lambda number, boot, by: None,
+        at_once: Callable[[int, int, str], Callable[[], CommandReply] | None] = lambda number, boot, by: None,
     ) -> None:
-        """`send` is `RigClient.stop`, `at_once` its `stop_at_once`."""
+        """`send` is `RigClient.stop`, `at_once` its `send_stop`."""
         self._send, self._boot, self._at_once = send, boot, at_once
         self._number = secrets.randbits(62)
         self._asked: list[Future[CommandReply]] = []
@@ -40,6 +41,8 @@ class Stopper:
         """The boot of the rig that was known at the last press."""
         self._waiting: tuple[int, int] | None = None
         """Number and boot of the one that was not answered yet."""
+        self._sent: tuple[tuple[int, int], Callable[[], CommandReply]] | None = None
+        """Number and boot of the last one that left at once, and what waits for its answer; None once it was heard."""
         self._passed: tuple[int | None, int] = (None, 0)
         self._wake = threading.Condition()
         self._closed = False
@@ -68,12 +71,14 @@ class Stopper:
                 answer.set_exception(RigUnreachable("the server is shutting down"))
                 return answer
             self._number += 1
-            self._meant = self._boot()
-            number, meant, by = self._number, self._meant, self.by
+            number, meant, by = self._number, self._boot(), self.by
+        sent = None if meant is None else self._at_once(number, meant, by)
+        with self._wake:
+            if number == self._number:  # else another press came meanwhile, which is answered for both
+                self._meant = meant
+                self._sent = None if meant is None or sent is None else ((number, meant), sent)
             self._asked.append(answer)
             self._wake.notify()
-        if meant is not None:
-            self._at_once(number, meant, by)
         return answer
 
     def over(self, by: str = "") -> None:
@@ -117,7 +122,7 @@ class Stopper:
             boot = met
             self._waiting = (number, met)
         try:
-            reply = self._send(number, boot, self.by)
+            reply = self._answer(number, boot)
         except Exception as error:
             text = str(error) if isinstance(error, TendrilError) else f"it could not be sent: {error}"
             return _fail(answers, RigUnreachable(f"{text}; the E-STOP is sent again until the rig answers"))
@@ -125,6 +130,14 @@ class Stopper:
             self._passed, self._waiting = (boot, reply.n), None
         for answer in answers:
             answer.set_result(reply)
+
+    def _answer(self, number: int, boot: int) -> CommandReply:
+        """Of the one that left at once, if this is its first time; else it is sent."""
+        sent, self._sent = self._sent, None
+        if sent is not None and sent[0] == (number, boot):
+            with suppress(SessionUnknown):  # the rig forgot this server, and acted on nothing
+                return sent[1]()
+        return self._send(number, boot, self.by)
 
 
 def _fail(answers: "list[Future[CommandReply]]", error: TendrilError) -> None:

@@ -1,5 +1,6 @@
 """The rig as the server sees it: which boot of it is connected, and where its rows go."""
 
+from collections.abc import Callable
 from typing import Annotated
 
 from controller.arrays import Rows
@@ -98,9 +99,9 @@ class Rig:
         """Send an E-STOP past everything; see `RigClient.stop`."""
         return self._link.stop(number, boot, by)
 
-    def stop_at_once(self, number: int, boot: int, by: str) -> None:
-        """Send one and wait for nothing; see `RigClient.stop_at_once`."""
-        self._link.stop_at_once(number, boot, by)
+    def send_stop(self, number: int, boot: int, by: str) -> Callable[[], CommandReply] | None:
+        """Send one and wait for nothing; see `RigClient.send_stop`."""
+        return self._link.send_stop(number, boot, by)
 
     @property
     def met(self) -> int | None:

@@ -4,10 +4,11 @@ What stands in: the wire (it answers, loses the reply, loses the message, or del
 plant, whose markers stand still. A message is late by less than a second: zenoh ends a link that is silent for longer.
 """
 
-import contextlib
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Literal, cast
@@ -59,17 +60,22 @@ class Lane:
             self.sealer = None
             return self._ask(key, payload, what, fate)
 
-    def shout(self, key: str, payload: bytes, fate: Fate) -> None:
-        """Sent by who waits for no answer, and opens no session."""
-        if self.sealer is None:
-            return
+    def send(self, key: str, payload: bytes, fate: Fate | None) -> Callable[[], bytes] | None:
+        """Sent by who does not wait for the answer, and opens no session; what then does."""
+        if self.sealer is None or fate is None:
+            return None
         message = Message(self.world.rig.boot, key, payload, self.sealer.seal(key, payload), [], self.world.now)
+        answer: bytes | TendrilError = RigUnreachable("did not answer")
         if fate == "late":
             self.world.late.append(message)
         elif fate != "lost":
-            with contextlib.suppress(TendrilError):
-                self.world.rig.hear(message)
+            try:
+                heard = self.world.rig.hear(message)
+                answer = answer if fate == "reply lost" else heard
+            except TendrilError as error:
+                answer = error
             self.world.old.append(message)
+        return partial(_given, answer)
 
     def _ask(self, key: str, payload: bytes, what: list[Asked], fate: Fate) -> bytes:
         world = self.world
@@ -97,6 +103,12 @@ class Lane:
         return sealer
 
 
+def _given(answer: bytes | TendrilError) -> bytes:
+    if isinstance(answer, TendrilError):
+        raise answer
+    return answer
+
+
 class Unthreaded:
     """In the place of a worker: it is stepped by hand."""
 
@@ -117,9 +129,9 @@ class Server:
         self.serving: list[Asked] = []
         self.pressed_within = False
         """E-STOP is pressed, and answered, while the next record is on its way."""
-        self.at_once: Fate = "lost"
-        """What becomes of an E-STOP that leaves before the stopper's thread has its turn."""
-        self.stopper = Stopper(self._stop, lambda: self.boot, self._shout)
+        self.at_once: Fate | None = None
+        """What becomes of an E-STOP that leaves before the stopper's thread has its turn; None: it could not."""
+        self.stopper = Stopper(self._stop, lambda: self.boot, self._send_stop)
         self.operator = Operator(self._send, self.hears, lambda: self.row, Settings(), self.stopper)
 
     def see(self) -> None:
@@ -159,8 +171,9 @@ class Server:
             self.step_stop("answered")
         return CommandReply.model_validate_json(answer)
 
-    def _shout(self, number: int, boot: int, by: str) -> None:
-        self.stops.shout(KEYS.stop, press(number, boot, by), self.at_once)
+    def _send_stop(self, number: int, boot: int, by: str) -> Callable[[], CommandReply] | None:
+        answer = self.stops.send(KEYS.stop, press(number, boot, by), self.at_once)
+        return None if answer is None else lambda: CommandReply.model_validate_json(answer())
 
     def _stop(self, number: int, boot: int, by: str) -> CommandReply:
         answer = self.stops.ask(KEYS.stop, press(number, boot, by), [], self.fate)
@@ -225,7 +238,7 @@ class World:
             answer = server.operator.request(request, ANYTHING, at if request == Request.FOLLOW else None)
         self.asked.append(Asked(self.order, request, server.boot, server, answer))
 
-    def press(self, server: Server, at_once: Fate = "lost") -> None:
+    def press(self, server: Server, at_once: Fate | None = None) -> None:
         """E-STOP."""
         server.at_once = at_once
         self.order += 1

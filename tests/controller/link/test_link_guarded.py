@@ -156,9 +156,10 @@ def test_an_e_stop_sent_at_once_acts_and_the_same_one_asked_for_again_is_answere
     first, client = rig.operator, rig.operator.client
     assert first.send(Request.ARM).mode == Mode.HOLD
     wait_for(lambda: first.newest()["mode"] == Mode.HOLD)
-    client.stop_at_once(3, rig.ready.boot, "ann")
+    answer = client.send_stop(3, rig.ready.boot, "ann")
     wait_for(lambda: first.newest()["mode"] == Mode.E_STOP)
     taken = int(first.newest()["request_n"])
+    assert answer is not None and answer().n == taken
     assert client.stop(3, rig.ready.boot, "ann").n == taken
     assert int(first.newest()["request_n"]) == taken
     first.request_n = taken

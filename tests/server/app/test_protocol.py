@@ -19,7 +19,7 @@ ACT = st.one_of(
     st.tuples(st.just("ask"), SERVER, st.sampled_from(ASKED)),
     st.tuples(st.just("step"), SERVER, FATE),
     st.tuples(st.just("step"), SERVER, st.just("answered")),
-    st.tuples(st.just("press"), SERVER, FATE),
+    st.tuples(st.just("press"), SERVER, st.none() | FATE),
     st.tuples(st.just("press_within"), SERVER, st.none()),
     st.tuples(st.just("step_stop"), SERVER, FATE),
     st.tuples(st.just("see"), SERVER, st.none()),
@@ -96,7 +96,7 @@ def act(world: World, what: str, one: object, other: object) -> None:
     elif what == "present":
         server.operator.present(ANYTHING)
     elif what == "press":
-        world.press(server, "lost" if other is None else other)  # type: ignore[arg-type]
+        world.press(server, other)  # type: ignore[arg-type]
     elif what == "late":
         world.deliver(one, bool(other))  # type: ignore[arg-type]
     elif what == "run":

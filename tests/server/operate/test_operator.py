@@ -4,11 +4,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
+from functools import partial
 
 import numpy as np
 import pytest
 
-from controller.errors import CommandRefused, RigUnreachable
+from controller.errors import CommandRefused, RigUnreachable, SessionUnknown
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, CommandReply, Telemetry
 from controller.schema.modes import Cause, Mode, Request
@@ -215,24 +216,39 @@ def test_e_stop_waits_for_no_call_and_ends_what_waits(loop: Loop, operator: Oper
 def test_an_e_stop_leaves_before_any_other_thread_has_its_turn_and_has_one_number(loop: Loop) -> None:
     """It is on its way when `stop` returns, also while the thread that waits for the answer is busy."""
     at_once, answered = list[tuple[int, int, str]](), threading.Event()
+    fails: list[Exception] = []
+
+    def sent(number: int, boot: int, by: str) -> Callable[[], CommandReply] | None:
+        at_once.append((number, boot, by))
+        return None if by == "eve" else partial(late, number, boot, by)
 
     def late(number: int, boot: int, by: str) -> CommandReply:
         answered.wait(20)
-        return loop.stop(number, boot, by)
+        if fails:
+            raise fails.pop()
+        return CommandReply(n=number, accepted=True, mode=Mode.E_STOP, cause=Cause.NONE, detail="")
 
-    stopper = Stopper(late, lambda: loop.boot, lambda *pressed: at_once.append(pressed))
+    stopper = Stopper(loop.stop, lambda: loop.boot, sent)
     try:
         first = stopper.stop("ann")
         assert [one[1:] for one in at_once] == [(7, "ann")]
-        assert not loop.stops
         answered.set()
-        assert first.result(20).accepted
-        stopper.stop("bob").result(20)
-        assert loop.stops == [number for number, _, _ in at_once]
-        assert len(set(loop.stops)) == 2
+        assert first.result(20).n == at_once[0][0]
+        assert not loop.stops, "it was answered, and is not sent again"
+        fails.append(SessionUnknown("of a life before"))
+        stopper.stop("ann").result(20)
+        assert loop.stops == [at_once[1][0]], "it is sent with the same number"
+        fails.append(RigUnreachable("late"))
+        with pytest.raises(RigUnreachable, match="sent again"):
+            stopper.stop("ann").result(20)
+        wait_until(lambda: not stopper.waits)
+        assert loop.stops[1:] == [at_once[2][0]]
+        stopper.over()
+        assert stopper.stop("eve").result(20).accepted, "it could not leave at once"
+        assert loop.stops[2:] == [at_once[3][0]]
         loop.boot = None
         stopper.stop("bob")
-        assert len(at_once) == 2, "no rig was met that it could be meant for"
+        assert len(at_once) == 4, "no rig was met that it could be meant for"
     finally:
         stopper.close()
 
