@@ -214,7 +214,7 @@ class World:
         """Another boot of the rig."""
         self.boots += 1
         for one in self.pressed:
-            one.carried |= not one.said
+            one.carried = not one.said
         self.stopped_since, self.followed, self.by = [], 0, None
         self.rig = Rig(self, self.boots)
         self.run(30)
