@@ -21,15 +21,13 @@ from controller.realtime.ring import Ring
 from controller.schema.hardware import Drivers
 from controller.schema.layout import to_record
 from controller.schema.messages import Command, CommandReply, RigInfo, TwinFaults, TwinTime
-from controller.schema.modes import STILLING, Cause, Law, Mode, Request, RowKind, refused_text
+from controller.schema.modes import E_STOP_STRIDE, STILLING, Cause, Law, Mode, Request, RowKind, refused_text
 from controller.schema.states import LIVE
 from controller.schema.titles import CHAMBERS
 
 ECHO_MIN_S, ECHO_MAX_S = 0.05, 0.4
 """Wait for a tick that saw a command: as long as the rig's limits let the loop pause, between these two."""
-STRIDE = 1 << 20
-"""By how much the number of an E-STOP is above every one that was used."""
-LEAP = STRIDE
+LEAP = E_STOP_STRIDE
 """By how much a command's n, request_n and presence may be above the rig's own at most: those that come later must
 still be able to number on from there."""
 DISK_S = 0.25
@@ -103,8 +101,9 @@ class CommandHandler:
         It is kept with the name `by` before it is answered.
 
         Nothing else changes: settings, target and presence stay as they are. Asked once more with the same `who`, it is
-        answered and not acted on again. Its number is STRIDE above all that was used: requests number on from what the
-        rig echoes, so none that was asked before this E-STOP was seen can be above it, wherever it was delayed.
+        answered and not acted on again. Its number is E_STOP_STRIDE above all that was used: requests number on
+        from what the rig echoes, so none that was asked before this E-STOP was seen can be above it, wherever it was
+        delayed.
         One meant for another `boot`, on its way since, is refused: this one began vented.
         """
         if boot not in (None, self._info.boot):
@@ -114,7 +113,7 @@ class CommandHandler:
             self.pause.end()
             number = self._stops.get(who)
             if number is None:
-                number = max(self._used, self._echoed()) + STRIDE
+                number = max(self._used, self._echoed()) + E_STOP_STRIDE
                 self._post(self._last, number)
                 self._used = self._stop_n = self._stops[who] = number
                 while len(self._stops) > STOPS_MAX:

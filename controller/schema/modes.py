@@ -52,6 +52,10 @@ class Request(IntEnum):
 STILLING = frozenset({Request.HOLD, Request.REST})
 """What only ends motion: the server may ask for it by itself, and who takes control does."""
 
+E_STOP_STRIDE = 1 << 20
+"""By how much the number of an E-STOP is above every one that was used: nothing that is on its way is above it, and who
+sees the numbers leap knows that there was one."""
+
 
 class RowKind(IntEnum):
     """What a row of a planned reference is for."""

@@ -36,7 +36,9 @@ class Job:
     boot: int | None = None
     """Boot id of the rig that the asker saw; None where it was silent just then."""
     stops: int = 0
-    """How many E-STOPs were asked for before it."""
+    """How many E-STOPs were asked for at this server before it."""
+    used: int = 0
+    """The highest request number that the rig was known to have used when it was asked for."""
     askers: list["Future[CommandReply]"] = field(default_factory=list)
 
     @property

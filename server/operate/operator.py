@@ -28,7 +28,7 @@ from controller.errors import (
     TendrilError,
 )
 from controller.schema.messages import Command, CommandReply
-from controller.schema.modes import STILLING, Cause, Request
+from controller.schema.modes import E_STOP_STRIDE, STILLING, Cause, Request
 from controller.schema.parameters import Settings
 from controller.schema.states import LIVE
 from controller.system.thread import SupervisedThread
@@ -105,7 +105,7 @@ class Operator:
         """HOLD what began by who no longer operates; what began by who operates now, or waits to, goes on."""
         permit = Permit(None, lambda request: self._moves_for_holder(), STILLING)
         with self._wake:
-            self._jobs.append(Job(permit, Request.HOLD, boot=self._connected(), stops=self._stops))
+            self._jobs.append(self._dated(Job(permit, Request.HOLD)))
             self._wake.notify()
 
     def _moves_for_holder(self) -> str:
@@ -156,13 +156,11 @@ class Operator:
         if settings is None:
             for hears in self._hears:
                 hears(request, permit)
-        if request != Request.NONE:
-            job.boot = self._connected()
         with self._wake:
             if permit.signed:
                 self._present += 1
                 self._signed = permit
-            job.stops = self._stops
+            self._dated(job)
             if self._closed:
                 job.fail(RigUnreachable("the server is shutting down"))
             elif self._leaving and job.request != Request.REST:
@@ -226,7 +224,7 @@ class Operator:
         newest = self._newest()
         if newest is None or newest[0]["mode"] not in LIVE or job.request in STILLING:
             return
-        self._call(Job(own(), Request.HOLD, boot=self._connected(), stops=self._stops))
+        self._call(self._dated(Job(own(), Request.HOLD)))
         if job.moves_only:
             raise CommandRefused("the last target was not answered, so the rig was told to hold: begin again")
 
@@ -238,7 +236,7 @@ class Operator:
             self._command = _resume(newest[0], boot, self._command.settings)
             self._boot, self._unsure = boot, False
         if job.request != Request.NONE:
-            self._require_current(job, boot)
+            self._require_current(job, boot, self._used(newest[0], boot))
         if job.permit is not None:
             job.permit.require(job.request)
         before, command = self._command, self._next(job, newest[0])
@@ -274,7 +272,7 @@ class Operator:
         commissioning = int(job.permit is not None and job.permit.commissioning)
         changes: dict[str, Any] = {"n": last.n + 1, "presence": presence, "commissioning": commissioning}
         if job.request != Request.NONE:
-            used = max(last.request_n, int(newest["request_n"]), self.stopper.passed(last.boot))
+            used = max(last.request_n, self._used(newest, last.boot))
             changes |= {"request": job.request, "request_n": used + 1}
         if job.target is not None:
             changes["target"] = job.target
@@ -282,15 +280,26 @@ class Operator:
             changes["settings"] = job.settings
         return last.model_copy(update=changes)
 
-    def _require_current(self, job: Job, boot: int) -> None:
-        """Raise unless the request was meant for this boot of the rig, and no E-STOP came after it."""
+    def _used(self, newest: Any, boot: int) -> int:
+        """The highest request number that the rig is known to have used, of any server."""
+        return max(int(newest["request_n"]), self.stopper.passed(boot))
+
+    def _dated(self, job: Job) -> Job:
+        """With what is known of the rig as it is asked for."""
+        boot, newest = self._connected(), self._newest()
+        job.boot, job.stops = boot, self._stops
+        job.used = 0 if boot is None or newest is None else self._used(newest[0], boot)
+        return job
+
+    def _require_current(self, job: Job, boot: int, used: int) -> None:
+        """Raise unless the request was meant for this boot of the rig, and no E-STOP came after it, at any server."""
         if job.boot is None and job.request not in STILLING:  # those are good in any boot
             raise RigUnreachable("the rig was silent when this was asked for: ask again")
         if job.boot not in (None, boot):
             raise CommandRefused("the rig restarted since this was asked for")
         if self.stopper.waits:
             raise CommandRefused("an E-STOP waits for the rig's answer")
-        if job.stops != self._stops:
+        if job.stops != self._stops or (job.boot == boot and used >= job.used + E_STOP_STRIDE):
             raise CommandRefused("overtaken by an E-STOP")
 
 

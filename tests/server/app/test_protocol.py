@@ -55,6 +55,7 @@ TWO = [
     [("press", 0, None), ("step_stop", 0, "lost"), ("ask", 0, Request.FOLLOW), ("step", 0, "answered")],
     [("press", 1, None), ("step_stop", 1, "answered")],
     [("press", 1, "answered"), ("step_stop", 1, "answered")],
+    [("ask", 0, Request.NONE), ("ask", 0, Request.CLEAR), ("press", 1, None), ("step_stop", 1, "answered")],
     [("press", 0, "late"), ("step_stop", 0, "answered"), ("ask", 0, Request.CLEAR), ("step", 0, "answered")],
     [("step_stop", 0, "answered")],
     [("ask", 0, Request.HOLD), ("press", 0, None), ("step", 0, "answered")],
