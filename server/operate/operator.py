@@ -160,7 +160,8 @@ class Operator:
             if permit.signed:
                 self._present += 1
                 self._signed = permit
-            self._dated(job)
+            if request != Request.NONE:
+                self._dated(job)
             if self._closed:
                 job.fail(RigUnreachable("the server is shutting down"))
             elif self._leaving and job.request != Request.REST:
