@@ -92,7 +92,8 @@ def test_a_run_is_paused_resumed_and_finished_and_its_result_is_that_of_its_rows
     assert result["saturated_share"] == np.mean(judged["saturated"])
     assert (result["laps"], result["state"]) == (2.0, "done")
     assert -90.0 < result["lag_deg_x"] < 90.0
-    assert Results(server.settings.state / "runs-test.json").newest == server.services.runs.last()
+    kept = server.settings.state / "runs-test.json"  # written beside the answer, on a slow disk later than it
+    wait_for(lambda: Results(kept).newest == server.services.runs.last(), "the result in its file")
 
 
 def test_the_last_run_is_followed_again_without_an_approach_or_from_its_recording(server: TestServer) -> None:
