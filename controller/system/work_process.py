@@ -29,7 +29,7 @@ SENDING_S = 10.0
 """The same for it to take in what it is asked."""
 ATTEMPTS_MAX = 2
 NICE = 10
-"""Work gives way to the process that asks for it: that answers an E-STOP meanwhile."""
+"""At least: work gives way to the process that asks for it: that answers an E-STOP meanwhile."""
 NUMBER = struct.Struct("q")
 """Of a question, before it and before its answer."""
 

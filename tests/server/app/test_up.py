@@ -136,6 +136,14 @@ def test_kernels_and_their_compiler_are_in_the_planner_and_not_in_the_server(pro
     assert not any(map(has_compiler, [server(product), *children_of(server(product), folder.NAME)]))
 
 
+def test_the_server_goes_before_other_programs_where_it_may_and_its_work_after_them(product: UpReady) -> None:
+    ask = "import os; from controller.realtime.priority import prefer_process; prefer_process(); print(os.nice(0))"
+    allowed = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout
+    assert server(product).nice() == int(allowed)
+    working = [one.nice() for name in (planner.NAME, folder.NAME) for one in children_of(server(product), name)]
+    assert working and min(working) >= 10
+
+
 def test_what_writes_and_reads_recordings_is_in_processes_of_their_own_and_not_in_the_server(
     product: UpReady,
 ) -> None:
