@@ -32,15 +32,20 @@ class Bar:
         self._bars.update(self._task, description=what)
 
 
+def say(console: "Console", what: str) -> None:
+    """What begins, as a line on the standard error where no bar is seen: `console` is at no terminal."""
+    if not console.is_terminal:
+        sys.stderr.write(f"{what} ...\n")
+        sys.stderr.flush()
+
+
 @contextmanager
 def progress(console: "Console", what: str) -> Iterator[Bar]:
     """A bar that is gone at the end; at no terminal there is one line instead, on the standard error."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn  # not for a rig, which only tells
 
     columns = TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), remaining()
-    if not console.is_terminal:
-        sys.stderr.write(f"{what} ...\n")
-        sys.stderr.flush()
+    say(console, what)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         yield Bar(bars, what)
 

@@ -66,6 +66,6 @@ def _packed(result: Any, error: Exception | None) -> bytes:
 
 if __name__ == "__main__":
     few_arenas()
-    os.nice(int(sys.argv[2]))
+    os.nice(max(0, int(sys.argv[2]) - os.nice(0)))  # ours is that of who asks, who may go before others
     Working(Connection(int(sys.argv[1]))).run()
     os.killpg(0, signal.SIGKILL)  # us and what we run, whatever is still being worked at: no one waits for it

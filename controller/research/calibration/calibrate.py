@@ -11,7 +11,7 @@ from controller.research.calibration.evolve import evolve
 from controller.research.calibration.fit_file import FitOrigin, Result
 from controller.research.calibration.problem import Evaluation, Problem
 from controller.research.calibration.search import Effort, Report, Search, Stage, ending, ranked
-from controller.research.calibration.spread import RowSpread, intervals
+from controller.research.calibration.spread import RowSpread, intervals, predictions
 from controller.research.experiments.pool import Pool, cores
 from controller.system.origin import our_version
 
@@ -49,7 +49,7 @@ def calibrate(task: CalibrationTask, report: Report) -> Result:
             search.allow(SPREAD_SHARE * task.effort.minutes)
             ended = worse(ended, ending(lambda: walk(search, ensemble, task.seed)))
         fits = ensemble.fits(search.best() or best)
-        done = told(report, len(fits), search.best_cost)
+        done = told(report, len(predictions(task.problem, fits)), search.best_cost)
         ended = worse(ended, ending(lambda: spread.extend(intervals(task.problem, fits, pool, done))))
     origin = FitOrigin(
         date=date.today().isoformat(),
@@ -86,6 +86,6 @@ def worse(ended: str, later: str) -> str:
     return later if later in CUT_SHORT else ended
 
 
-def told(report: Report, fits: int, cost: float) -> Callable[[object], None]:
-    """What passes the runs of the predicted rows on to `report`."""
-    return lambda result: report(Stage("predicted rows", fits), cost)
+def told(report: Report, calls: int, cost: float) -> Callable[[object], None]:
+    """What passes the calls of the predicted rows on to `report`."""
+    return lambda result: report(Stage("predicted rows", calls), cost)

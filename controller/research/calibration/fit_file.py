@@ -12,7 +12,7 @@ from controller.errors import ParameterError, TendrilError
 from controller.research.calibration.margins import Margin
 from controller.research.calibration.problem import Evaluation, Problem
 from controller.research.calibration.space import Space
-from controller.research.calibration.spread import RowSpread
+from controller.research.calibration.spread import RowSpread, coverage, discrepancy
 from controller.research.experiments.paper_rows import PaperRow
 from controller.schema.fit import GAIN_NAMES, TWIN
 
@@ -79,6 +79,8 @@ def fit_text(result: Result) -> str:
         lines += table("[[rows]]", row_entry(row) | {"ours": shortened(ours), "ratio": shortened(ratio(row, ours))})
     for one in result.spread:
         lines += table("[[spread]]", spread_entry(one))
+    if result.spread:
+        lines += table("[discrepancy]", discrepancy_entry(result))
     lines += table("[ensemble]", ensemble_entry(result))
     text = "\n".join(lines) + "\n"
     try:
@@ -102,6 +104,13 @@ def ensemble_entry(result: Result) -> dict[str, Any]:
     return {"names": tuple(values[0]), "values": tuple(tuple(one.values()) for one in values)}
 
 
+def discrepancy_entry(result: Result) -> dict[str, Any]:
+    """What every interval was widened by, and how many of the fit rows hold the paper's number with it."""
+    inside, rows = coverage(result.spread)
+    size = discrepancy(result.problem.rows, result.fits)
+    return {"size": shortened(size), "fit_rows_inside": inside, "fit_rows": rows}
+
+
 def twin_fields(space: Space) -> Iterable[str]:
     """Fields of TwinParameters in which there is an unknown."""
     return (one.name.partition(".")[0] for one in space.unknowns if one.name not in GAIN_NAMES)
@@ -121,7 +130,7 @@ def ratio(row: PaperRow, ours: float) -> float:
 def spread_entry(one: RowSpread) -> dict[str, Any]:
     """A row under the near-equal fits."""
     numbers = {name: shortened(getattr(one, name)) for name in ("best", "low", "median", "high")}
-    return row_entry(one.row) | {"role": one.row.role} | numbers | {"fits": one.fits, "inside": one.inside}
+    return row_entry(one.row) | {"role": one.row.role} | numbers | {"numbers": one.numbers, "inside": one.inside}
 
 
 def margin_entry(margin: Margin) -> dict[str, Any]:

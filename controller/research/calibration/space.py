@@ -59,9 +59,9 @@ class Space:
         ends = [[one.surprise(one.low), one.surprise(one.high)] for one in self.unknowns]
         below, above = np.asarray(norm.cdf(ends)).T
         off = norm.ppf(below + shares * (above - below))
-        return np.vstack([self.prior_point(), *([self._off_priors(row)] for row in off)])[:count]
+        return np.vstack([self.prior_point(), *([self.off_priors(row)] for row in off)])[:count]
 
-    def _off_priors(self, off: Array) -> Array:
+    def off_priors(self, off: Array) -> Array:
         """The point (n,) that is `off` standard deviations (n,) off the priors."""
         values = (
             one.unscaled(one.scaled(one.prior) + d * one.spread) for one, d in zip(self.unknowns, off, strict=True)

@@ -10,8 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
 from controller.research.experiments.results import ResultRow
 from controller.schema.parameters import PlantKind, TwinParameters
 from controller.simulation.case import FITTED_GAINS, Setup
@@ -50,15 +48,6 @@ def intervals_of(fit: Mapping[str, Any]) -> dict[Key, Interval]:
 
 def is_fitted(setup: Setup, fit: Mapping[str, Any]) -> bool:
     """Whether `setup` has every number that was fitted, on the plant that it was fitted on."""
-    twin = setup.twin
-    numbers = ((getattr(twin, name), value) for name, value in fit["twin"].items())
-    gains = ((getattr(setup.gains, name), [value] * 2) for name, value in fit["gains"].items())
-    same = all(as_in_file(ours) == as_in_file(theirs) for ours, theirs in (*numbers, *gains))
-    return twin.plant == fit["twin"].get("plant", "rod") and same
-
-
-def as_in_file(value: Any) -> Any:
-    """A tuple as a list, a model as a table."""
-    if isinstance(value, BaseModel):
-        return value.model_dump(mode="json")
-    return list(value) if isinstance(value, tuple) else value
+    fitted = TwinParameters(**fit["twin"])  # what an older file leaves out is what it was fitted with
+    numbers = all(getattr(setup.twin, name) == getattr(fitted, name) for name in {"plant", *fit["twin"]})
+    return numbers and all(getattr(setup.gains, name) == (value,) * 2 for name, value in fit["gains"].items())

@@ -10,7 +10,7 @@ from controller.research.experiments.catalogue import CASES
 from controller.research.experiments.paper_rows import DIGITS, FEEDBACK_SHARE, PAPER_ROWS, paper_row, window_of
 from controller.research.experiments.results import Failure, Finished, ResultRow, SweepPoint
 from controller.simulation.case import Case
-from controller.simulation.metrics import UNITS, Window
+from controller.simulation.metrics import UNITS, Window, reduction
 
 SWEEP_HZ = 2.0
 """The frequency sweep's one row is the share at this frequency, the upper of the two that the paper gives."""
@@ -40,6 +40,8 @@ def result_rows(
         runs = runs_of(case, outcomes, failures)
         if case.reference not in SWEEP and (runs.metrics or runs.failures):
             found += rows(runs)
+            if case.law == "rod6":
+                found += reductions(runs_of(Case(case.reference, law="ff"), outcomes, failures), runs)
             if case.reference == DIGITS[-1]:
                 found += rows(digits(outcomes, failures))
     return (*found, *sweep_rows(sweep))
@@ -59,6 +61,17 @@ def digits(outcomes: Sequence[Finished], failures: Sequence[Failure]) -> Runs:
     return Runs(
         "digits", "P1", "ff+pi", [_mean(metrics) for metrics in same_seed], [f for r in each for f in r.failures]
     )
+
+
+def reductions(ff: Runs, runs: Runs) -> list[ResultRow]:
+    """By how much the sensors of `runs` take down FF's error, seed by seed; if they failed, `rows` has said so."""
+    if runs.failures:
+        return []
+    if ff.failures:
+        return [_failed(runs._replace(failures=ff.failures), "reduction")]
+    pairs = zip(ff.metrics, runs.metrics, strict=False)
+    found = [_reduced(before, after) for before, after in pairs]
+    return rows(runs._replace(metrics=found)) if found else []
 
 
 def rows(runs: Runs) -> list[ResultRow]:
@@ -119,6 +132,12 @@ def _mean(metrics: Sequence[Metrics]) -> Metrics:
     return {
         window: {name: mean(one[window][name] for one in metrics) for name in metrics[0][window]} for window in Window
     }
+
+
+def _reduced(before: Metrics, after: Metrics) -> Metrics:
+    """The reduction from one run to another, in both windows, as the only metric."""
+    unit = UNITS["reduction"][1]
+    return {one: {"reduction": unit * reduction(before[one]["rmse"], after[one]["rmse"])} for one in Window}
 
 
 def _about(case: Case) -> tuple[str, str, str]:

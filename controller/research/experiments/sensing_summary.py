@@ -6,6 +6,7 @@ from scipy.stats import ttest_ind
 
 from controller.research.experiments.paper_rows import SENSING, SENSING_LAWS, SENSING_REDUCTION, window_of
 from controller.research.experiments.results import Failure, Finished, SensedLaw, SensedTrajectory, SensingSummary
+from controller.simulation.metrics import reduction
 
 EQUAL = 0.05
 """Means that differ by less than this share count as equal (ours). Only the camera's noise differs from run to run of
@@ -33,7 +34,7 @@ def summarised(experiment: str, rmse: dict[str, tuple[float, ...]]) -> SensedTra
     p_value = welch(rmse.get("rod10", ()), rmse.get("rod6+10", ()))
     worst = means.get("ff", float("nan"))
     laws = tuple(
-        SensedLaw(law, values, tuple(value / largest for value in values), 1.0 - means[law] / worst)
+        SensedLaw(law, values, tuple(value / largest for value in values), reduction(worst, means[law]))
         for law, values in rmse.items()
     )
     return SensedTrajectory(experiment, laws, SENSING_REDUCTION[experiment], in_order(means), p_value)

@@ -5,15 +5,18 @@ from itertools import pairwise
 from controller.research.experiments.paper_rows import DIGITS, FEEDBACK_SHARE, FIT
 from controller.research.experiments.results import ResultRow, Results
 from controller.research.report.verdict import (
+    COVERAGE_WANTED,
     FACTOR,
     FIT_BAR,
     INSIDE_WANTED,
     NEAR,
+    REDUCTION_BAR,
     consulted,
     judged,
     median_off,
     within,
     within_factor,
+    within_points,
 )
 from controller.research.report.wording import number
 
@@ -26,6 +29,7 @@ def bars(results: Results) -> list[str]:
     """All of them; of what nothing was run is said or left out."""
     found = (
         fitted(results),
+        covered(results),
         held_out(results),
         looked_at(results),
         observer(results),
@@ -63,13 +67,23 @@ def fitted(results: Results) -> str:
     """How near the fitted rows are."""
     rows = [row for row in results.rows if row.about.role == FIT]
     errors = [row for row in rows if row.about.metric == "rmse"]
-    rest = [row.ratio for row in rows if row.about.metric != "rmse" and row.ratio is not None]
+    rest = [row.ratio for row in rows if row.about.metric == "sse" and row.ratio is not None]
     near = sum(within(row, FIT_BAR) for row in errors)
     text = (
         f"Rows that the twin was fitted to: {near} of {len(errors)} RMSE within {100 * FIT_BAR:.0f} % of the paper "
         "(wanted: all)"
     )
     return text + (f"; SSE {min(rest):.2f} to {max(rest):.2f} times the paper's." if rest else ".")
+
+
+def covered(results: Results) -> str:
+    """How many of the fitted rows have the paper's number in their interval."""
+    known = [row.inside for row in results.rows if row.about.role == FIT and row.inside is not None]
+    if not known:
+        return ""
+    low, high = (f"{100 * share:.0f}" for share in COVERAGE_WANTED)
+    share = f"{sum(known)} of {len(known)} = {100 * sum(known) / len(known):.0f} %"
+    return f"Fitted rows with the paper in their interval: {share} (wanted: {low} to {high} %)."
 
 
 def observer(results: Results) -> str:
@@ -86,11 +100,14 @@ def observer(results: Results) -> str:
 
 
 def sensing(results: Results) -> str:
-    """Whether Task 4 has the paper's order."""
+    """Whether Task 4 has the paper's order and its reductions."""
     ordered = sum(one.ordered for one in results.sensing)
     if not results.sensing:
         return ""
-    return f"Task 4: the paper's order of sensors on {ordered} of {len(results.sensing)} trajectories."
+    text = f"Task 4: the paper's order of sensors on {ordered} of {len(results.sensing)} trajectories"
+    rows = [row for row in results.rows if row.about.metric == "reduction"]
+    near = f", {sum(map(within_points, rows))} of {len(rows)} reductions within {REDUCTION_BAR:g} points"
+    return text + (f"{near} of the paper's (wanted: all)." if rows else ".")
 
 
 def share(results: Results) -> str:

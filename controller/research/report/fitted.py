@@ -11,7 +11,7 @@ from controller.text.document import NOTHING, table
 
 def fits(fit: Mapping[str, Any]) -> int:
     """Number of near-equal fits behind the spread."""
-    return max((int(one["fits"]) for one in fit.get("spread", ())), default=0)
+    return int(fit["fit"]["fits"]) if fit.get("spread") else 0
 
 
 def provenance(fit: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -16,12 +16,14 @@ METRICS = {
     "rmse": "RMSE",
     "sse": "SSE",
     "ise": "ISE",
+    "step_spread": "spread of the steps",
     "max_x": "largest |e_x|",
     "max_y": "largest |e_y|",
     "lag_deg_x": "phase lag x",
     "lag_deg_y": "phase lag y",
     "observer_rmse": "observer RMSE",
     "feedback_share": "feedback share",
+    "reduction": "RMSE below FF's by",
 }
 
 

@@ -13,7 +13,8 @@ from controller.research.calibration.calibrate import CalibrationTask, calibrate
 from controller.research.calibration.ensemble import FITS_MIN
 from controller.research.calibration.fit_file import Result, fit_text, ratio, require_toml
 from controller.research.calibration.search import Report, Stage
-from controller.system.progress import remaining
+from controller.research.calibration.spread import coverage, discrepancy
+from controller.system.progress import remaining, say
 from server.cli.files import require_file, write
 from server.cli.tables import empty
 
@@ -39,19 +40,21 @@ def run_calibrate(task: CalibrationTask, out: Path | None, console: Console) -> 
 
 @contextmanager
 def progress(console: Console) -> Iterator[Report]:
-    """One bar a stage, with the best cost so far."""
+    """One bar a stage, with the best cost so far; at no terminal one line a stage instead."""
     best = TextColumn("{task.fields[best]}")
     counted = TextColumn("{task.description:<16}"), BarColumn(), MofNCompleteColumn()
     columns = *counted, best, TimeElapsedColumn(), remaining()
     tasks: dict[Stage, TaskID] = {}
+    say(console, "Searching; the first time the kernels are compiled")
     with Progress(*columns, console=console) as bars:
 
         def report(stage: Stage, cost: float) -> None:
             for other in tasks.keys() - {stage}:
                 bars.stop_task(tasks[other])
-            if stage not in tasks:
-                tasks[stage] = bars.add_task(stage.name, total=stage.most, best="")
             text = f"best cost {cost:.2f}" if math.isfinite(cost) else "no margins kept yet"
+            if stage not in tasks:
+                say(console, f"{stage.name}: {stage.most} at most, {text}")
+                tasks[stage] = bars.add_task(stage.name, total=stage.most, best="")
             bars.update(tasks[stage], advance=1, best=text)
 
         yield report
@@ -65,6 +68,14 @@ def show(result: Result, console: Console) -> None:
         f"{len(result.fits)} near-equal fits.",
         highlight=False,
     )
+    if result.spread:
+        inside, rows = coverage(result.spread)
+        size = discrepancy(result.problem.rows, result.fits)
+        console.print(
+            f"Discrepancy of {size:.2f} deviations; the paper is in the interval of {inside} of {rows} fit rows "
+            f"= {100 * inside / max(1, rows):.0f} %.",
+            highlight=False,
+        )
     if len(result.fits) < FITS_MIN:
         console.print(f"[yellow]Note[/]: below {FITS_MIN} near-equal fits an interval says little.", highlight=False)
     tables = rows_table(result), unknowns_table(result), margins_table(result), spread_table(result)
@@ -115,10 +126,10 @@ def margins_table(result: Result) -> Table:
 
 def spread_table(result: Result) -> Table:
     """The interval of every row."""
-    heads = ("paper", "fit", "5 %", "median", "95 %", "fits")
+    heads = ("paper", "fit", "5 %", "median", "95 %", "numbers")
     table = empty("The paper's rows over the near-equal fits", ("row", "role", *heads, "inside"), heads)
     for one in result.spread:
         numbers = (f"{number:.2f}" for number in (one.best, one.low, one.median, one.high))
         inside = "yes" if one.inside else "[red]no[/]"
-        table.add_row(" ".join(one.row.key), one.row.role, f"{one.row.paper}", *numbers, str(one.fits), inside)
+        table.add_row(" ".join(one.row.key), one.row.role, f"{one.row.paper}", *numbers, str(one.numbers), inside)
     return table

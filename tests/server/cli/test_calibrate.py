@@ -15,6 +15,7 @@ from controller.research.calibration.calibrate import CalibrationTask, require_b
 from controller.research.calibration.problem import Problem
 from controller.research.calibration.search import Effort, Search
 from controller.research.calibration.space import Space
+from controller.research.calibration.spread import PRINTS
 from controller.research.calibration.unknowns import Unknown
 from controller.research.experiments.paper_rows import FITTED, JUDGED
 from controller.research.experiments.pool import Pool
@@ -25,7 +26,8 @@ from server.cli.research.calibrate import run_calibrate
 pytestmark = pytest.mark.keyed("server/cli/research/commands.py")
 
 UNKNOWNS = Unknown("torque_gain.0", 0.9, 1.3, 1.05, 5.0), Unknown("K_P", 0.1, 0.4, 0.15, 5.0, log=True)
-PROBLEM = Problem(Space(UNKNOWNS), FITTED[-1:], ())
+ROWS = tuple(row for row in FITTED if row.experiment == "horizontal_0.25hz")
+PROBLEM = Problem(Space(UNKNOWNS), ROWS, ())
 TASK = CalibrationTask(
     PROBLEM,
     Effort(screen=2, starts=1, steps=1, generations=0, rounds=1, minutes=10.0),
@@ -52,14 +54,18 @@ def run(out: Path) -> tuple[dict[str, Any], str]:
     return tomllib.loads(out.read_text("utf-8")), printed.getvalue()
 
 
-def test_a_search_ends_in_a_file_and_tables_that_agree(tmp_path: Path) -> None:
+def test_a_search_ends_in_a_file_and_tables_that_agree(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     read, printed = run(tmp_path / "fit.toml")
+    said = capsys.readouterr().err.splitlines()  # its output is no terminal: no bar is seen
+    assert said[0].startswith("Searching") and said[1].startswith("screening: 2 at most, best cost ")
     assert read["fit"]["ended"] == "finished" and read["fit"]["evaluations"] > 2 + ensemble.WALKERS
     assert TwinParameters(**read["twin"]).torque_gain[0] == read["twin"]["torque_gain"][0]
     [row], [fitted, held_out] = read["rows"], read["spread"]
     assert (fitted["role"], held_out["role"]) == ("fit", "held-out")
     assert row["ratio"] == pytest.approx(row["ours"] / row["paper"], rel=1e-3)
-    assert held_out["low"] <= held_out["median"] <= held_out["high"] and held_out["fits"] == read["fit"]["fits"]
+    assert held_out["low"] <= held_out["median"] <= held_out["high"] and fitted["numbers"] == read["fit"]["fits"]
+    assert held_out["numbers"] == 1 + PRINTS * read["fit"]["fits"]  # P2 is another print for every fit
+    assert read["discrepancy"]["fit_rows"] == 1 and "1 fit rows" in printed
     for title in ("Fitted rows", "Unknowns", "over the near-equal fits", "Written: "):
         assert title in printed
     assert "Margins" not in printed  # there were no trials

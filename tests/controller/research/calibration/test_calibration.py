@@ -104,7 +104,7 @@ def result() -> Result:
     z = np.random.default_rng(3).uniform(size=len(UNKNOWNS))
     margin = Margin(Trial("P1", "stop", "gain"), 1e-3, 0.5, 1.0)
     best = Evaluation(z, tuple((row.paper or 0.0, 1.0) for row in FITTED), (margin,), np.ones(4))
-    spread = tuple(row_spread(row, np.array([2.0, 1.0, np.nan, 4.0])) for row in JUDGED)
+    spread = tuple(row_spread(row, np.array([2.0, 1.0, np.nan, 4.0]), 0.0) for row in JUDGED)
     origin = FitOrigin("2026-01-02", 'tendril calibrate --out "my fit.toml"', "0.1", 1.0, 1, 2, "finished")
     return Result(Problem(), best, (best,), spread, origin)
 
@@ -120,9 +120,10 @@ def test_the_file_gives_back_the_fit_bit_by_bit_and_can_take_the_place_of_the_de
     assert all(read[table].keys() >= FIT[table].keys() for table in ("fit", "twin", "gains"))
     assert read["fit"]["cost"] == read["fit"]["cost_most"] == 2.0 and read["fit"]["command"] == found.origin.command
     assert [row["ratio"] for row in read["rows"]] == [1.0] * len(FITTED)
-    assert {name: read["spread"][0][name] for name in ("best", "low", "median", "high", "fits")} == {
-        "best": 2.0, "low": 1.1, "median": 2.0, "high": 3.8, "fits": 3
+    assert {name: read["spread"][0][name] for name in ("best", "low", "median", "high", "numbers")} == {
+        "best": 2.0, "low": 1.0, "median": 2.0, "high": 4.0, "numbers": 3
     }  # fmt: skip
+    assert read["discrepancy"] == {"size": 0.0, "fit_rows_inside": 0, "fit_rows": 0}  # none of the spread's is one
     assert [(one["role"], one["inside"]) for one in read["spread"]] == [
         ("held-out", True),
         ("held-out", True),
@@ -133,8 +134,8 @@ def test_the_file_gives_back_the_fit_bit_by_bit_and_can_take_the_place_of_the_de
 
 
 def test_a_row_that_no_fit_lasts_has_no_number() -> None:
-    spread = row_spread(JUDGED[0], np.full(3, np.nan))
-    assert spread.fits == 0 and math.isnan(spread.median)
+    spread = row_spread(JUDGED[0], np.full(3, np.nan), 1.0)
+    assert spread.numbers == 0 and math.isnan(spread.median)
 
 
 @pytest.mark.parametrize(

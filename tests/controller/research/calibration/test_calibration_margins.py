@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
+from controller.assembly.controllers.registry import with_controller
 from controller.research.calibration.margins import (
     GROWTH_MAX,
     MORE_DELAY,
@@ -47,7 +48,8 @@ TWIN = TwinParameters(
 
 
 def gains(K_P: float, K_I: float) -> Setup:
-    return Setup(TWIN, gains=Settings(K_P=(K_P, K_P), K_I=(K_I, K_I), K_FF=(0.05, 0.05), **SPRINGS))
+    own = Settings(K_P=(K_P, K_P), K_I=(K_I, K_I), K_FF=(0.05, 0.05), **SPRINGS)
+    return Setup(TWIN, gains=with_controller(own, "letter"))
 
 
 def swinging(rate: float, size: float = 1e-3) -> Array:

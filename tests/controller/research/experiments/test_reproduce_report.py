@@ -12,7 +12,8 @@ from controller.errors import TendrilError
 from controller.research.experiments.fitted_intervals import with_intervals
 from controller.research.experiments.paper_rows import paper_row
 from controller.research.experiments.reproduce import Reproduction, reproduce
-from controller.research.experiments.results import Failure, ResultRow, Results
+from controller.research.experiments.results import Failure, ResultRow, Results, SensedTrajectory
+from controller.research.report.bars import covered, sensing
 from controller.research.report.figures.periodic_figures import circle_plate
 from controller.research.report.figures.plate import plate_html
 from controller.research.report.figures.snapshot_figures import outline
@@ -111,10 +112,10 @@ def test_spread_and_margins_are_shown_as_soon_as_the_fit_has_them(results: Resul
     fit: dict[str, Any] = {**FIT, "spread": [], "margins": []}
     numbers = replace(numbers, rows=with_intervals(numbers.rows, numbers.setup, fit))
     assert "near-equal" not in report_page(numbers, fit)
-    fit["spread"] = [{**KEY, "low": 5.123, "high": 12.34, "fits": 9}]
+    fit["spread"] = [{**KEY, "low": 5.123, "high": 12.34, "numbers": 9}]
     fit["margins"] = [{"actuator": "P2", "change": "gains", "swing_mm": 0.123}]
     later = report_page(replace(numbers, rows=with_intervals(numbers.rows, numbers.setup, {**FIT, **fit})), fit)
-    for text in ("interval of 9 near-equal fits", "5.12 .. 12.3", "swing [mm]", "0.12"):
+    for text in (f"interval of {FIT['fit']['fits']} near-equal fits", "5.12 .. 12.3", "swing [mm]", "0.12"):
         assert text in later
 
 
@@ -145,6 +146,9 @@ def test_remarks_are_about_rows_that_may_need_one() -> None:
         ("circle_1hz P1 ff+pi rmse", 7.4 * 1.19, "within 20 %", True),
         ("circle_1hz P1 ff+pi rmse", 7.4 * 0.79, "over 20 %", False),
         ("step P1 ff+pi sse", 3.0, "no bar", None),
+        ("step P1 ff step_spread", 3.0, "no bar", None),
+        ("sensing_circle P1 rod6 reduction", 60.0, "within 15 points", True),
+        ("sensing_circle P1 rod6 reduction", 58.0, "over 15 points", False),
         ("vu P2 ff+pi rmse", 3.7 * 0.71, "within 30 %", True),
         ("vu P2 ff+pi rmse", 3.7 / 1.49, "within 1.5", True),
         ("vu P2 ff+pi rmse", 3.7 / 1.51, "over 1.5", False),
@@ -158,6 +162,18 @@ def test_remarks_are_about_rows_that_may_need_one() -> None:
 def test_a_row_is_judged_by_the_bar_of_its_role(what: str, ours: float | None, word: str, met: bool | None) -> None:
     found = verdict(result_row(what, ours))
     assert (found.word, found.met) == (word, met)
+
+
+def test_the_bars_say_how_many_fit_rows_are_inside_and_how_many_reductions_are_near(results: Results) -> None:
+    inside = [replace(result_row("vu P1 ff+pi rmse", 2.0), interval=(1.0, 3.0))] * 4
+    outside = replace(result_row("step P1 ff rmse", 20.0), interval=(1.0, 3.0))
+    foreign = replace(result_row("vu P2 ff+pi rmse", 2.0), interval=(1.0, 3.0))  # no fit row
+    found = replace(results, rows=(*inside, outside, foreign, result_row("step P1 ff sse", 20.0)))
+    assert covered(found) == "Fitted rows with the paper in their interval: 4 of 5 = 80 % (wanted: 80 to 97 %)."
+    assert covered(replace(results, rows=())) == ""
+    sweeps = tuple(result_row("sensing_sweep P1 rod6 reduction", ours) for ours in (27.0, 42.0, 43.0, None))
+    task_4 = replace(results, rows=sweeps, sensing=(SensedTrajectory("sensing_sweep", (), 0.27, True, None),))
+    assert "on 1 of 1 trajectories, 2 of 4 reductions within 15 points" in sensing(task_4)
 
 
 def test_a_reference_is_drawn_once_whole_and_not_there_and_back(results: Results) -> None:

@@ -31,7 +31,7 @@ def finished(case: Case, whole: float = 2.0, after: float = 1.0) -> Finished:
     plan = PLANS.get(case.reference)
     names = [*ALWAYS]
     if plan is not None and plan.steps:
-        names += ["sse"]
+        names += ["sse", "step_spread"]
     if plan is not None and plan.frequency is not None:
         names += ["lag_deg_x", "lag_deg_y"]
     metrics = {WHOLE: dict.fromkeys(names, whole), AFTER: dict.fromkeys(names, after)}
@@ -78,6 +78,18 @@ def test_digits_are_averaged_over_the_ten_of_each_seed_before_the_seeds() -> Non
     row = made(runs)["digits", "P1", "ff+pi", "rmse"]
     assert (row.ours, row.seeds) == (9.5, 2)
     assert row.ours_std == pytest.approx(10.0 / 2.0**0.5)
+
+
+def test_a_reduction_is_of_each_seed_against_ff_and_missing_where_either_failed() -> None:
+    key = "sensing_circle", "P1", "rod6", "reduction"
+    ff = [finished(Case("sensing_circle", law="ff", seed=seed), whole=10.0) for seed in (0, 1)]
+    rod6 = [finished(Case("sensing_circle", law="rod6", seed=seed), whole=4.0 + 2.0 * seed) for seed in (0, 1)]
+    row = made([*ff, *rod6])[key]
+    assert (row.ours, row.seeds, row.about.paper) == (pytest.approx(50.0), 2, 74.0)
+    failures = {law: Failure(Case("sensing_circle", law=law, seed=1), f"{law}: FAULT") for law in ("ff", "rod6")}
+    for law, others in (("ff", [*ff[:1], *rod6]), ("rod6", [*ff, *rod6[:1]])):
+        row = made(others, [failures[law]])[key]
+        assert row.ours is None and f"{law}: FAULT" in row.failed
 
 
 def test_one_broken_off_run_leaves_no_number_and_says_why() -> None:
@@ -131,6 +143,8 @@ def test_a_row_has_the_interval_of_the_fit_only_under_that_fit() -> None:
     [found] = with_intervals([row], Setup(), fit)
     assert (found.interval, found.inside) == ((5.0, 7.0), False)  # the paper has 7.4
     assert {name: row_json(found)[name] for name in ("interval", "inside")} == {"interval": [5.0, 7.0], "inside": False}
+    older = {**fit, "twin": {**fit["twin"], "cosserat": {"stiffening": 0.3}}}  # a field was added since
+    assert with_intervals([row], Setup(), older)[0].interval == (5.0, 7.0)
     [other] = with_intervals([row], Setup(twin=TwinParameters(kappa=7.0)), fit)
     [foreign] = with_intervals([row], Setup(twin=TwinParameters(plant="cosserat")), fit)
     assert other.interval is foreign.interval is None and "interval" not in row_json(other)
