@@ -14,8 +14,8 @@ import tempfile
 from importlib.metadata import version
 from pathlib import Path
 
-_IMPORTED = ("arrays.py", "modes.py", "states.py")
-"""Not compiled themselves, but kernels import them, and the numbers of two are compiled in."""
+_IMPORTED = ("arrays.py", "modes.py", "slot.py", "states.py")
+"""Not compiled themselves, but kernels import them, and the numbers of three are compiled in."""
 
 
 def compiled_sources() -> list[Path]:

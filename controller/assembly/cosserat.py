@@ -57,7 +57,8 @@ def build_cosserat(parameters: RigParameters) -> Cosserat:
 
 def _built(parameters: RigParameters) -> Cosserat:
     twin, actuator, dt = parameters.twin, parameters.actuator, parameters.controller.dt
-    n, pneumatics = twin.cosserat.elements, chambers(parameters, twin.cosserat.torque_gain)
+    own, n = twin.cosserat, twin.cosserat.elements
+    pneumatics = chambers(parameters, own.torque_gain, own.chamber_imbalance)
     rod = cosserat_rod(actuator, twin)
     rest = rest_of(rod)
     return Cosserat(

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from controller.arrays import Array
 from controller.assembly.rod import build_rod, profile
 from controller.assembly.stability import slowest
 from controller.kernels.plant.camera import Camera
@@ -18,7 +19,11 @@ TUNED_PRESSURE = 60e3
 """Gauge pressure at which the pressure loops have their nominal lags: of an ordinary step [Pa]."""
 
 
-def chambers(parameters: RigParameters, torque_gain: tuple[float, float]) -> Chambers:
+Halves = tuple[float, float]
+"""A number of each pair of chambers, or of each half of the body."""
+
+
+def chambers(parameters: RigParameters, torque_gain: Halves, imbalance: Halves = (0.0, 0.0)) -> Chambers:
     """Four empty chambers; their loops have been on for long, so that the spools' offset is made up for."""
     twin, dt = parameters.twin, parameters.controller.dt
     return Chambers(
@@ -30,8 +35,14 @@ def chambers(parameters: RigParameters, torque_gain: tuple[float, float]) -> Cha
         raw=np.zeros(1, np.int64),
         valve=tuned_valve(twin, dt),
         broken=np.zeros(3, np.int64),
-        torque_per_pascal=twin.kappa * np.repeat(torque_gain, 2) / parameters.actuator.chamber_slopes,
+        torque_per_pascal=twin.kappa * chamber_gains(torque_gain, imbalance) / parameters.actuator.chamber_slopes,
     )
+
+
+def chamber_gains(torque_gain: Halves, imbalance: Halves) -> Array:
+    """By how much the chambers u1+, u1-, u2+, u2- (4,) bend the plant more than their `chamber_slopes` say [1]."""
+    apart = np.array(imbalance)
+    return np.asarray(np.repeat(torque_gain, 2) * (1.0 + np.column_stack([apart, -apart]).ravel()))
 
 
 def tuned_valve(twin: TwinParameters, dt: float) -> Valve:
@@ -86,7 +97,7 @@ def damping_ratio(actuator: Actuator, twin: TwinParameters) -> float:
     return slowest(build_rod(actuator, actuator.table_rods))[1] if twin.zeta is None else twin.zeta
 
 
-def bent(actuator: Actuator, set_curvature: tuple[float, float]) -> Actuator:
+def bent(actuator: Actuator, set_curvature: Halves) -> Actuator:
     """`actuator` with the set of the plant added to its curvature at rest: one number for each half."""
     table = actuator.table_rods
     known = profile(actuator.rest_curvature, table)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from controller.arrays import Record
+from controller.assembly.controllers.slot import build_slot
 from controller.assembly.rod import computable, stiffest
 from controller.assembly.stability import backbone_places, largest_gains, sensor_places
 from controller.assembly.statics import observer_model, static_map
@@ -71,6 +72,7 @@ def _built(parameters: RigParameters, boot: int) -> Rig:
         q=observer.state.q,
         v=observer.state.v,
         reference=np.zeros((REFERENCE_ROWS, 2)),
+        slot=build_slot(REFERENCE_ROWS),
         guide=np.zeros((REFERENCE_ROWS, 2)),  # written with every reference: memory that nothing has touched is none
         kinds=np.full(REFERENCE_ROWS, RowKind.DRAWN, np.uint8),
         plan=np.zeros(1, PLAN),
@@ -179,6 +181,11 @@ def build_observer(
     points_on(observer.state.q, observer.sensors, observer.points)
     reset_prediction(observer.state, observer.sensors, observer.prediction)
     return observer
+
+
+def free_model(model: RodModel, controller: ControllerParameters) -> Observer:
+    """`model` in the observer's place, driven by torques alone, through the observer's dead time and lag."""
+    return build_observer(model, controller, (OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX), 0.0, 0.0)
 
 
 def no_prediction(model: RodModel, ticks: int) -> Prediction:

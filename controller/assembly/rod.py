@@ -8,6 +8,7 @@ import numpy as np
 
 from controller.arrays import Array
 from controller.assembly.equilibrium import ChainStatics, equilibrium
+from controller.assembly.stability import slowest
 from controller.errors import ParameterError
 from controller.kernels.model.rod import RodModel
 from controller.schema.actuator import Actuator
@@ -15,6 +16,9 @@ from controller.schema.rigidity import joint_stiffness
 
 RODS_MIN, RODS_MAX = 2, 1000
 """Rods of a model."""
+
+STIFFNESS_DAMPING = 1.5e-4
+"""Stiffness-proportional damping where a damping ratio is asked for: small, so that fine rods stay cheap [s]."""
 
 NO_STIFFNESS = 1e-9
 """Stands for a stiffness or damping of zero, whose compliance is infinite [N m/rad]."""
@@ -75,6 +79,14 @@ def hastened(model: RodModel, kappa: float) -> RodModel:
     return model._replace(
         m=m, I=I, m_inv=1 / m, I_inv=1 / I, g=model.g * kappa, b=model.b / pace, alpha=model.alpha * pace
     )
+
+
+def damped(model: RodModel, zeta: float) -> RodModel:
+    """`model`, the damping ratio of whose first mode about its rest is `zeta`; its other modes have hardly more."""
+    loose = model._replace(b=np.zeros_like(model.b), alpha=0.0)
+    omega = slowest(loose)[0]
+    alpha = max(0.0, 2.0 * zeta * omega - STIFFNESS_DAMPING * omega**2)
+    return loose._replace(b=STIFFNESS_DAMPING * model.k, alpha=alpha)
 
 
 def joints(actuator: Actuator, rods: int) -> tuple[Array, Array]:

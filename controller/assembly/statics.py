@@ -9,13 +9,13 @@ from controller.arrays import Mask, Words
 from controller.assembly.equilibrium import driven_body
 from controller.assembly.polygon import build_polygon
 from controller.assembly.poses import start_poses
-from controller.assembly.rod import build_rod, hastened
+from controller.assembly.rod import build_rod, damped, hastened
 from controller.kernels.model.equilibrium import Scratch, make_scratch
 from controller.kernels.model.polygon import admissible
 from controller.kernels.model.rod import RodModel
 from controller.kernels.model.statics import StaticMap, Statics, tips_of
 from controller.schema.actuator import Actuator
-from controller.schema.parameters import ControllerParameters
+from controller.schema.parameters import ControllerParameters, usual_twin
 
 SEED_GRID = 41
 """Points a side of the grid of starts for the inverse: 3 mN m, some 10 mm at the tip."""
@@ -77,6 +77,20 @@ def observer_model(actuator: Actuator, controller: ControllerParameters) -> RodM
     """The observer's chain, made once for each; not to be written into. ParameterError where it has no rest."""
     model = build_rod(actuator, controller.rods, omega_B=controller.omega_B, zeta_B=controller.zeta_B)
     return hastened(model, controller.observer_kappa)
+
+
+@lru_cache(maxsize=8)
+def planning_model(actuator: Actuator, controller: ControllerParameters) -> RodModel:
+    """The observer's chain, as quick and as damped as the actuator is believed to be.
+
+    As quick as it was measured, which is the observer's kappa where that is not the paper's; of the paper's three, and
+    of their damping, what was fitted to them is believed.
+    """
+    usual, kappa = usual_twin(actuator), controller.observer_kappa
+    if kappa == 1.0:
+        controller = controller.model_copy(update={"observer_kappa": usual.kappa})
+    model = observer_model(actuator, controller)
+    return model if usual.zeta is None else damped(model, usual.zeta)
 
 
 def scratch_for(smap: StaticMap) -> Scratch:

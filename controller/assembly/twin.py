@@ -6,8 +6,8 @@ import numpy as np
 
 from controller.assembly.equilibrium import ChainStatics, equilibrium
 from controller.assembly.plant_parts import bent, camera, chambers, faults
-from controller.assembly.rod import build_rod, computable, stiffest
-from controller.assembly.stability import backbone_places, sensor_places, slowest, stable_substeps
+from controller.assembly.rod import build_rod, computable, damped, stiffest
+from controller.assembly.stability import backbone_places, sensor_places, stable_substeps
 from controller.kernels.model.friction import Hysteresis, Sheet
 from controller.kernels.model.implicit import make_implicit_work
 from controller.kernels.model.pressed import owning, unpressed
@@ -17,9 +17,6 @@ from controller.kernels.plant.twin import Creep, Twin
 from controller.schema.actuator import Actuator
 from controller.schema.modes import Integrator
 from controller.schema.parameters import RigParameters, TwinParameters
-
-TWIN_BETA = 1.5e-4
-"""Stiffness-proportional damping of the twin: small, so that fine rods stay cheap [s]."""
 
 
 def build_twin(parameters: RigParameters) -> Twin:
@@ -36,7 +33,7 @@ def _built(parameters: RigParameters) -> Twin:
     model = twin_model(actuator, twin)
     tightest = model._replace(k=stiffest(model, actuator.u_max) * (1.0 + sum(twin.creep) + twin.hysteresis))
     rods, bends = twin.rods, np.diff(model.rest, prepend=0.0)
-    pneumatics, own = chambers(parameters, twin.torque_gain), owning(model)
+    pneumatics, own = chambers(parameters, twin.torque_gain, twin.chamber_imbalance), owning(model)
     markers, backbone = sensor_places(model), backbone_places(model)
     return Twin(
         model=own,
@@ -71,7 +68,7 @@ def substeps_of(twin: TwinParameters, tightest: RodModel, dt: float, u_max: floa
 
 
 def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
-    """The twin's chain: stiffness and gravity times kappa, damping given by zeta of its first mode and TWIN_BETA.
+    """The twin's chain: stiffness and gravity times kappa, damping given by zeta of its first mode.
 
     Without zeta it is damped as the actuator's own, whose damping ratios kappa does not change. Its `compliance` maps
     torques in the model's units, before kappa and the torque gain.
@@ -82,6 +79,4 @@ def twin_model(actuator: Actuator, twin: TwinParameters) -> RodModel:
     if twin.zeta is None:
         pace = math.sqrt(twin.kappa)
         return model._replace(k=k, b=model.b * pace, alpha=model.alpha * pace, g=g, rest=rest)
-    loose = model._replace(k=k, b=np.zeros(twin.rods), alpha=0.0, g=g, rest=rest)
-    omega = slowest(loose)[0]
-    return loose._replace(b=TWIN_BETA * k, alpha=max(0.0, 2.0 * twin.zeta * omega - TWIN_BETA * omega**2))
+    return damped(model._replace(k=k, g=g, rest=rest), twin.zeta)

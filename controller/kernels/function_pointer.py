@@ -37,17 +37,34 @@ def _call(typing: Any, kernel: Any, given: Any) -> Any:
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         address, arguments = values
-        layout = context.call_conv.get_function_type(types.none, kernel.arguments)
-        function = builder.bitcast(address, layout.as_pointer())
-        unpacked = cgutils.unpack_tuple(builder, arguments)
-        status, _ = context.call_conv.call_function(builder, function, types.none, kernel.arguments, unpacked)
-        with cgutils.if_unlikely(builder, status.is_error):
-            context.call_conv.return_status_propagate(builder, status)
-        return context.get_dummy_value()
+        return _run(context, builder, kernel.arguments, address, arguments)
 
     return types.none(kernel, given), emit
+
+
+def _call_at(typing: Any, address: Any, given: Any) -> Any:
+    """As `_call`, of an address: that it is of a kernel for arguments of these types is not checked."""
+
+    def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        number, arguments = values
+        function = builder.inttoptr(number, cgutils.voidptr_t)
+        return _run(context, builder, tuple(given), function, arguments)
+
+    return types.none(types.int64, given), emit
+
+
+def _run(context: Any, builder: Any, kinds: tuple[Any, ...], address: Any, arguments: Any) -> Any:
+    layout = context.call_conv.get_function_type(types.none, kinds)
+    function = builder.bitcast(address, layout.as_pointer())
+    unpacked = cgutils.unpack_tuple(builder, arguments)
+    status, _ = context.call_conv.call_function(builder, function, types.none, kinds, unpacked)
+    with cgutils.if_unlikely(builder, status.is_error):
+        context.call_conv.return_status_propagate(builder, status)
+    return context.get_dummy_value()
 
 
 known_by_address(FunctionPointer, FunctionPointerType)
 call = extending.intrinsic(_call)
 """call(kernel, (a, b, ...)), in a compiled function: runs the FunctionPointer `kernel` with these arguments."""
+call_at = extending.intrinsic(_call_at)
+"""call_at(address, (a, b, ...)): runs the kernel that was compiled for arguments of these types at this address."""

@@ -6,6 +6,7 @@ from controller.arrays import Array, Rows, Words
 from controller.kernels.group import Group
 from controller.kernels.model.equilibrium import Scratch
 from controller.kernels.model.statics import StaticMap
+from controller.kernels.slot import Slot
 
 STATE = np.dtype(
     [
@@ -51,6 +52,8 @@ STATE = np.dtype(
         ("chamber_still", "<f8", (4,)),  # time with its reading still, and off what is asked since [s]
         ("index", "<i8"),  # next row of the planned reference
         ("followed", "<i8"),  # rows of it taken so far
+        ("row", "<i8"),  # of it, in force
+        ("planned_row", "<i8"),  # place of its planned torques: every lap but the first has those of the second
         ("guided", "<i8"),  # the row in force names its torques
         ("kind", "<i8"),  # RowKind of the row in force; DRAWN in any other mode than TRACK
         ("aimed", "<f8", (2,)),  # where the goal has stood still [m]
@@ -74,10 +77,11 @@ STATE = np.dtype(
         ("stands", "<i8"),  # the observer's pose could be an equilibrium: no weight would topple it
         ("weak", "<f8", (2,)),  # unit vector in the task space along which S is weakest
         ("share", "<f8"),  # of the feedback along it that is let through
-        ("integral", "<f8", (2,)),  # of the error [m s]
-        ("u_int", "<f8", (2,)),  # its torque, and what is kept of it where the tip is led by hand [N m]
-        ("error_low", "<f8", (2,)),  # the error without what is faster than the first mode [m]
         ("bump", "<f8", (2,)),  # what keeps u continuous at a switch; decays
+        ("cut", "<f8", (2,)),  # what of u_ff + u_fb could not be sent in the last tick [N m]
+        ("push", "<f8", (2,)),  # the same, against the edge of the admissible torques at a right angle
+        ("saturated", "<i8"),  # something was cut
+        ("controller", "<i8"),  # in force
         ("told", "<f8"),  # what the markers in use tell of the tip, as a share of P and I
         ("scheme", "<i8"),  # law, source of the error and gains as of the last tick, to notice a switch
         ("gains", "<f8", (6,)),
@@ -117,6 +121,7 @@ class Control(Group):
     """Planned reference for TRACK (rows,2) [m], one row a tick."""
     guide: Array
     """Torques (rows,2) [N m] that hold the tip at the rows of `reference`; nan where the tick is to find them."""
+    slot: Slot
     kinds: np.ndarray
     """RowKind (rows,) of the rows of `reference`."""
     plan: Rows

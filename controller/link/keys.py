@@ -15,7 +15,7 @@ REPLAY_MAX = 2000
 """Most rows of one replay: about 2 MB, a sixteenth of what the ring holds."""
 NAME_MAX_BYTES = 200
 """Of the name of who pressed an E-STOP, as UTF-8."""
-MESSAGE_MAX = 8 * 1024 * 1024
+MESSAGE_MAX = 13 * 1024 * 1024
 """Longest message that either end receives [bytes]; zenoh drops a longer one while it arrives."""
 LEASE_MS = 1000
 """Silence after which the other end counts as gone (zenoh's own default is 10 s)."""

@@ -13,7 +13,7 @@ from controller.errors import CommandRefused
 from controller.kernels.memory import Control
 from controller.kernels.plant.hardware import Hardware
 from controller.link import PlannedRows
-from controller.realtime.followable import require_followable, require_sound
+from controller.realtime.followable import mistuned, put_planned, require_followable, require_sound
 from controller.realtime.latch import Latch
 from controller.realtime.mailbox import post, words
 from controller.realtime.pause import Pause
@@ -195,6 +195,7 @@ class CommandHandler:
                 raise CommandRefused("refused: the reference cannot change while it is tracked; hold first")
             count = len(rows.points)
             self._control.reference[:count], self._control.guide[:count] = rows.points, guide
+            put_planned(rows, self._control)
             self._control.kinds[:count] = RowKind.DRAWN if rows.kinds is None else rows.kinds
             self._control.plan[0] = count, rows.again, rows.ticks
             self._begin = None if rows.steps else rows.points[0].copy()
@@ -203,6 +204,8 @@ class CommandHandler:
     def _refused(self, command: Command) -> str:
         """Why the loop is not asked, "" where it is. What stills the rig ends a pause of its twin."""
         if why := self._leaps(command):
+            return why
+        if command.settings != self._last.settings and (why := mistuned(command.settings, self._info.controllers)):
             return why
         if self.pause.on and command.request in GOES_ON:
             self.pause.end()

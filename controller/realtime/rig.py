@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from controller.assembly.controllers.registry import controllers
 from controller.assembly.rig import build_rig
 from controller.drivers.driver import Driver
 from controller.drivers.hardware import HardwareDriver
@@ -40,6 +41,7 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import RigInfo, Telemetry, ValveCommand
 from controller.schema.modes import Cause, Mode
 from controller.schema.parameters import RigParameters
+from controller.simulation.controller_trial import strangers, unfit
 from controller.system.keys import key_path, made_key
 from controller.system.logs import flush_log, log_in_background
 from controller.system.origin import commit
@@ -78,6 +80,7 @@ class RigProcess:
         self.policy = "none"
         parameters = settings.parameters
         self._period_ns = round(parameters.controller.dt * 1e9)
+        self._refused = {name: unfit(parameters, name) for name in strangers()}
         self._rig = build_rig(parameters, self.boot)
         self._driver = rig_driver(parameters)
         self._latch = Latch(latch_path(key_file, settings.rig))
@@ -205,6 +208,7 @@ class RigProcess:
             twin=self._driver.simulated,
             parameters=self.settings.parameters,
             observer_gains_max=tuple(self._rig.observer.gain_max.tolist()),
+            controllers=tuple(one.info(self._refused.get(one.name, "")) for one in controllers()),
         )
         return CommandHandler(info, self.ring, self.memory.commands, self._rig.control, self._driver, self._latch)
 

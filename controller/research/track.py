@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from controller.arrays import Rows
+from controller.assembly.controllers.registry import controllers
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.reference.drawn import Wish, drawn
 from controller.reference.feasible.within_reach import Carried
@@ -25,7 +26,6 @@ from controller.simulation.metrics import UNITS, Window, measure
 from controller.simulation.run import for_reference, run, seeded
 from controller.system.progress import ProgressCallback, no_progress
 
-CONTROLLERS = ("paper",)
 OFF_PATH = 1e-3
 """The loop's own reference is off the path where it is further than this from it: a change of branch [m]."""
 PERIODIC = ("lag_deg_x", "lag_deg_y")
@@ -104,12 +104,6 @@ class Tracked:
     """Why the rig broke the run off."""
     notes: tuple[str, ...] = ()
     """What the file does not say, as `Samples` has it."""
-
-
-def require_controller(name: str) -> None:
-    """Raise ParameterError for a controller that there is not."""
-    if name not in CONTROLLERS:
-        raise ParameterError(f"controller = {name!r} is not one of {', '.join(CONTROLLERS)}")
 
 
 def track(task: TrackTask, told: ProgressCallback = no_progress) -> Tracked:
@@ -212,6 +206,7 @@ def figures(tracked: Tracked) -> dict[str, Any]:
         "plant_actuator": tracked.task.body and tracked.task.body.name,
         "reference": asdict(tracked.reference),
         "windows": {str(window): metrics for window, metrics in tracked.windows.items()},
+        "controller": controllers()[tracked.settings.controller].name,
         "gains": {name: getattr(tracked.task.setup.gains, name) for name in GAIN_NAMES},
     }
     return found | ({"failed": tracked.failed} if tracked.failed else {})

@@ -19,12 +19,14 @@ from controller.schema.parameters import (
     RigParameters,
     Settings,
 )
+from controller.schema.slot import SIGNALS
 
 Pair = Annotated[tuple[float, float], Q("m", shape=(2,))]
 Torques = Annotated[tuple[float, float], Q("N m", shape=(2,))]
 Chambers = Annotated[tuple[float, float, float, float], Q("Pa", shape=(4,))]
 Sensors = Annotated[list[tuple[float, float]], Q("m", shape=(SENSORS, 2))]
 Backbone = Annotated[list[tuple[float, float]], Q("m", shape=(BACKBONE_POINTS, 2), storage="<f4")]
+Signals = Annotated[list[float], Q("1", shape=(SIGNALS,))]
 Coordinate = Annotated[float, Bounds(ge=-2.0, le=2.0)]
 Jump = Annotated[float, Bounds(ge=-0.2, le=0.2)]
 STEPS_MAX = 10_000
@@ -105,6 +107,8 @@ class Telemetry(Model):
     lost: int
     """Slots lost so far."""
     law: int
+    controller: int
+    """In force, as in `RigInfo.controllers`."""
     sensed: int
     """Sensors used in this tick: switched on, fresh and finite (bit i-1 for rod i)."""
     lateness_ns: Annotated[int, Q("ns")]
@@ -133,6 +137,8 @@ class Telemetry(Model):
     u_fb: Annotated[Torques, Q("N m", "u_FB", (2,))]
     u: Annotated[Torques, Q("N m", "u", (2,))]
     """Saturated sum: what was sent."""
+    signals: Annotated[Signals, Q("1", shape=(SIGNALS,))]
+    """What the controller shows, in the order and units of its definition."""
     u_hat: Annotated[Torques, Q("N m", shape=(2,))]
     """The observer's delayed and lagged input."""
     saturated: int
@@ -210,6 +216,46 @@ class Latched(Model):
     """When, by the clock of the rig's machine."""
 
 
+class ControllerNumber(Model):
+    """A number that a controller is tuned by."""
+
+    name: str
+    symbol: str
+    unit: str
+    usual: float
+    """Where no other value is given."""
+    low: float
+    """Least that it takes."""
+    high: float
+    """Most that it takes."""
+    about: str = ""
+
+
+class ControllerSignal(Model):
+    """A number that a controller shows."""
+
+    name: str
+    unit: str
+
+
+class ControllerInfo(Model):
+    """A controller that a rig has; `Settings.controller` counts them."""
+
+    name: str
+    title: str
+    citation: str
+    plans: bool
+    """It follows torques that were planned along the reference (`PlannedRows.planned`)."""
+    own_gains: bool
+    """It takes no heed of K_P, K_I and K_FF."""
+    tuning: list[ControllerNumber]
+    """`Settings.tuning` has these, in this order."""
+    signals: list[ControllerSignal]
+    """`Telemetry.signals` has these."""
+    refused: str = ""
+    """Why the rig does not have it in its slot, after a trial on the twin; "" where it does."""
+
+
 class RigInfo(Model):
     """Who the rig is: read once per connection and after every restart."""
 
@@ -228,6 +274,8 @@ class RigInfo(Model):
     parameters: RigParameters
     observer_gains_max: tuple[float, float] = (OBSERVER_GAIN_MAX, OBSERVER_DAMPING_MAX)
     """Most K_o [N/m] and B_o [N s/m] with which its integrator is stable, whatever is sensed; it takes no more."""
+    controllers: tuple[ControllerInfo, ...] = ()
+    """What may be in its slot."""
     latched: Latched | None = None
     """What it is latched by at this moment, by an earlier boot of it or in this one."""
 

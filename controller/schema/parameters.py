@@ -15,6 +15,7 @@ from controller.schema.hardware import Hardware
 from controller.schema.layout import Model
 from controller.schema.layout import Quantity as Q
 from controller.schema.modes import Integrator, Law
+from controller.schema.slot import TUNING
 
 SENSORS = 10
 """Sensor positions along the backbone. Sensor i sits at arc length i L / 10, so "rod 6" of the paper is the distal end
@@ -44,6 +45,7 @@ KAPPA = (0.1, 500.0)
 """Bounds of the twin's kappa: a body of a tenth of the table's stiffness over inertia, or of 500 times as much."""
 TWIN_RODS_MAX = 100
 Mismatch = Annotated[float, Bounds(ge=0.5, le=2.0)]
+Imbalance = Annotated[float, Bounds(ge=-0.5, le=0.5)]
 Set = Annotated[float, Bounds(ge=-10.0, le=10.0)]
 Share = Annotated[float, Bounds(ge=0.0, le=10.0)]
 Relaxation = Annotated[float, Bounds(ge=1e-3, le=1e4)]
@@ -57,6 +59,12 @@ class Settings(Model):
     """What an operator changes live. Gains are the diagonals of the paper's 2x2 matrices."""
 
     law: Law = Law.FF_PI
+    controller: Annotated[int, Bounds(ge=0, le=255), Q("1")] = 0
+    """Which of the rig's controllers is in the slot (`RigInfo.controllers`); it changes in HOLD, not on the way."""
+    tuning: Annotated[tuple[float, ...], Q("1", shape=(TUNING,)), Bounds(min_length=TUNING, max_length=TUNING)] = (
+        0.0,
+    ) * TUNING
+    """The controller's own numbers, in the order of its definition; 0 beyond them."""
     sensed: Annotated[int, Bounds(ge=0, lt=2**SENSORS), Q("1", "sensors")] = 1 << (SENSORS - 1)
     """Bit i-1 set: the observer uses the marker of rod i. Only the tip by default."""
     K_P: Annotated[tuple[Gain, Gain], Q("1", "K_P", (2,))] = (GAINS["K_P"],) * 2
@@ -205,6 +213,8 @@ class CosseratParameters(Model):
     """Bending stiffness that a pair adds along its half when its pressures sum up to that of u_max, as a share."""
     torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = (1.0, 1.0)
     """As the twin's, whose fitted ones would hide a part of what pressure stiffens."""
+    chamber_imbalance: Annotated[tuple[Imbalance, Imbalance], Q("1", shape=(2,))] = (0.0, 0.0)
+    """As the twin's."""
     set_curvature: Annotated[tuple[Set, Set], Q("1/m", shape=(2,))] = (0.0, 0.0)
     """As the twin's."""
     lag: Annotated[tuple[PairLag, PairLag], Q("s", shape=(2,))] = (0.005, 0.01)
@@ -236,6 +246,11 @@ class TwinParameters(Model):
     stiffness_scale: Annotated[float, Bounds(ge=0.5, le=2.0), Q("1")] = 1.0
     torque_gain: Annotated[tuple[Mismatch, Mismatch], Q("1", shape=(2,))] = TWIN["torque_gain"]
     """Deliberate mismatch: each pair bends the plant this much more than the model believes."""
+    chamber_imbalance: Annotated[tuple[Imbalance, Imbalance], Q("1", shape=(2,))] = TWIN.get(
+        "chamber_imbalance", (0.0, 0.0)
+    )
+    """By which share the first chamber of each pair bends the plant more than `torque_gain` says, and the second less:
+    with it the four chambers of a print have four gains, as a `pressure_map` of four has four slopes."""
     set_curvature: Annotated[tuple[Set, Set], Q("1/m", shape=(2,))] = TWIN["set_curvature"]
     """What the base half and the tip half are bent at rest, unknown to the model: TPU keeps some of past bends."""
     creep: Annotated[tuple[Share, Share], Q("1", "g", (2,))] = TWIN["creep"]
@@ -279,6 +294,7 @@ ROD_ONLY = (
     "integrator",
     "substeps",
     "torque_gain",
+    "chamber_imbalance",
     "set_curvature",
     "creep",
     "creep_time",
@@ -292,6 +308,7 @@ AS_IN_FILE: dict[str, Any] = {
     "kappa": 1.0,
     "zeta": None,
     "torque_gain": (1.0, 1.0),
+    "chamber_imbalance": (0.0, 0.0),
     "set_curvature": (0.0, 0.0),
     "creep": (0.0, 0.0),
     "friction": 0.0,

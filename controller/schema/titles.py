@@ -3,6 +3,7 @@
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.parameters import BACKBONE_POINTS, SENSORS
+from controller.schema.slot import SIGNALS
 
 TITLES = {
     "p_ref": "reference",
@@ -36,6 +37,8 @@ TITLES = {
     "mode": "mode",
     "cause": "cause",
     "law": "law",
+    "controller": "controller",
+    "signals": "controller signal",
     "sensed": "sensors used",
     "saturated": "saturated",
     "reachable": "reachable",
@@ -56,6 +59,7 @@ _XY = ("x", "y")
 _ELEMENTS = {
     **{name: ("u1", "u2") for name in ("u", "u_ff", "u_fb", "u_hat")},
     **{name: CHAMBERS for name in ("pressure_cmd", "pressure_meas")},
+    "signals": tuple(str(n) for n in range(1, SIGNALS + 1)),
     "power": ("of damping", "of the pressures", "of the observer", "of the constraints"),
     "markers": tuple(f"rod {rod} {axis}" for rod in range(1, SENSORS + 1) for axis in _XY),
     **{

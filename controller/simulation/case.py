@@ -5,6 +5,7 @@ from functools import lru_cache
 from typing import Any
 
 from controller.arrays import Rows
+from controller.assembly.controllers.registry import with_controller
 from controller.errors import DataError
 from controller.reference.library import reference
 from controller.reference.reference import Reference
@@ -35,7 +36,8 @@ SPRINGS: dict[str, Any] = {"K_o": (100.0, 100.0), "B_o": (0.0, 0.0)}
 FITTED = ControllerParameters(predict=False, measured_torques=False)
 """The controller with which the twin was fitted to the paper: of a marker's motion and of the pressures its observer
 knows what the paper's does, or little more."""
-FITTED_GAINS = REPEATING.model_copy(update=SPRINGS)
+FITTED_GAINS = with_controller(REPEATING.model_copy(update=SPRINGS), "letter")
+"""With the integral that S turns into torque, as in the paper: what is looked for is the plant that it ran on."""
 SENSED = {"rod6": 1 << 5, "rod10": 1 << 9, "rod6+10": 1 << 5 | 1 << 9}
 """Task 4's choices of sensors, as bits of `Settings.sensed`; all under FF+PI."""
 
@@ -108,4 +110,5 @@ def settings_of(case: Case, gains: Settings) -> Settings:
     if case.law not in (known := (*LAWS, *SENSED, LETTER)):
         raise DataError(f"law = {case.law!r} is none of {', '.join(known)}")
     law, springs = LAWS.get(case.law, Law.FF_PI), SPRINGS if case.law == LETTER else {}
+    gains = with_controller(gains, "letter") if case.law == LETTER else gains
     return gains.model_copy(update={"law": law, "sensed": SENSED.get(case.law, gains.sensed)} | springs)

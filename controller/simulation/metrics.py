@@ -25,14 +25,17 @@ UNITS = {
     "rmse": ("mm", 1e3),
     "sse": ("mm", 1e3),
     "ise": ("mm^2 s", 1e6),
+    "step_spread": ("mm", 1e3),
     "max_x": ("mm", 1e3),
     "max_y": ("mm", 1e3),
     "lag_deg_x": ("deg", 1.0),
     "lag_deg_y": ("deg", 1.0),
     "observer_rmse": ("mm", 1e3),
     "feedback_share": ("1", 1.0),
+    "reduction": ("%", 1e2),
 }
-"""Every metric: the unit in which it is reported, and how many of it are one of the formula's."""
+"""Every metric: the unit in which it is reported, and how many of it are one of the formula's. `reduction` is of two
+runs: by how much the RMSE of one is below that of the other."""
 
 
 class Window(StrEnum):
@@ -73,6 +76,20 @@ def sse(e: Array) -> float:
 def over_steps(measure_one: Callable[[Array], float], e: Array, steps: tuple[int, ...]) -> float:
     """Mean of a measure of e (n,2) over the steps that begin at the ticks `steps`, as the paper averages its steps."""
     return float(np.mean([measure_one(e[begin:end]) for begin, end in pairwise((*steps, len(e)))]))
+
+
+def step_spread(mean_square: float, mean: float) -> float:
+    """Standard deviation of the steps' RMSE over the steps, from the mean of their squares and their mean.
+
+    The mean square is the ISE over the duration of a step: this is what the paper's ISE says beyond its RMSE. In their
+    unit, and its square.
+    """
+    return math.sqrt(max(0.0, mean_square - mean**2))
+
+
+def reduction(before: float, after: float) -> float:
+    """By which share the RMSE `after` is below that `before` (paper, Task 4)."""
+    return 1.0 - after / before
 
 
 def swing(p: Array, frequency: float, dt: float = DT) -> complex:
@@ -129,12 +146,13 @@ def measure(rows: Rows, reference: Reference, window: Window) -> dict[str, float
 
 
 def errors(e: Array, reference: Reference, window: Window) -> dict[str, float]:
-    """rmse, ise, sse and largest errors of e (n,2) [m], the whole run's, in `window`; SI."""
+    """rmse, ise, sse, spread of the steps and largest errors of e (n,2) [m], the whole run's, in `window`; SI."""
     part = e if window is Window.WHOLE else e[reference.start :]
     max_x, max_y = (float(value) for value in np.abs(part).max(axis=0))
     found = {"rmse": rmse(part), "ise": ise(part), "max_x": max_x, "max_y": max_y}
     if reference.steps:
-        found["sse"] = over_steps(sse, e, reference.steps)
+        mean_square, mean = (over_steps(one, e, reference.steps) for one in (lambda step: rmse(step) ** 2, rmse))
+        found |= {"sse": over_steps(sse, e, reference.steps), "step_spread": step_spread(mean_square, mean)}
         if window is Window.AFTER_APPROACH:
             found |= {"rmse": over_steps(rmse, e, reference.steps), "ise": over_steps(ise, e, reference.steps)}
     return found

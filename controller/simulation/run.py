@@ -5,12 +5,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from controller.arrays import Rows
+from controller.arrays import Array, Rows
+from controller.assembly.controllers.registry import controllers
 from controller.assembly.plant import build_plant
 from controller.assembly.rig import build_rig
 from controller.errors import DataError, TendrilError
 from controller.kernels.memory import Control
 from controller.reference.reference import Reference
+from controller.reference.torques import planned_torques
 from controller.schema.layout import record_dtype
 from controller.schema.messages import Command, Telemetry
 from controller.schema.modes import Cause, Mode, Request
@@ -47,7 +49,8 @@ def attempt(
     same bits. Raises DataError for a reference that the rig cannot be given.
     """
     simulation = armed(parameters, settings.model_copy(update={"K_FF": (0.0, 0.0)}), seed)
-    plan(simulation.rig.control, replace(reference, velocity_feedforward=False))  # what comes of it is said below
+    unfed = replace(reference, velocity_feedforward=False)  # what comes of it is said below
+    plan(simulation.rig.control, unfed, planned=torques_for(parameters, reference, settings))
     request(simulation, Request.TRACK)
     total = len(reference.p)
     rows = np.zeros(total, record_dtype(Telemetry))
@@ -82,8 +85,8 @@ def seeded(parameters: RigParameters, seed: int) -> RigParameters:
     return parameters.model_copy(update={"twin": parameters.twin.model_copy(update={"seed": seed})})
 
 
-def plan(control: Control, reference: Reference, dt: float = DT) -> None:
-    """Put the reference, whose rows are dt [s] apart, in place for TRACK.
+def plan(control: Control, reference: Reference, dt: float = DT, planned: Array | None = None) -> None:
+    """Put the reference, whose rows are dt [s] apart, in place for TRACK, and the torques `planned` (n,2) [N m] for it.
 
     Raises DataError if it does not fit the rig's memory or period.
     """
@@ -97,7 +100,15 @@ def plan(control: Control, reference: Reference, dt: float = DT) -> None:
     control.reference[:rows] = reference.p
     control.guide[:rows] = np.nan if reference.u is None else reference.u
     control.kinds[:rows] = reference.kinds
+    control.slot.planned[:rows] = np.nan if planned is None else planned
     control.plan[0] = rows, 0, rows
+
+
+def torques_for(parameters: RigParameters, reference: Reference, settings: Settings) -> Array | None:
+    """Torques (n,2) [N m] that move the model along the reference, if the controller of `settings` follows such."""
+    if not controllers()[settings.controller].plans:
+        return None
+    return planned_torques(parameters.actuator, parameters.controller, reference.p, reference.u)
 
 
 def request(simulation: Simulation, wanted: Request) -> None:

@@ -24,7 +24,10 @@ CLOCK = "t_ns"
 """Is never rounded: it is the time line."""
 
 SLOW_FIELDS = frozenset(
-    "energy ledger power u_hat presence p_ref_dot integral measurement_age operator_age server_age reseats".split()
+    (
+        "energy ledger power u_hat presence p_ref_dot integral measurement_age operator_age server_age reseats "
+        "controller signals"
+    ).split()
 )
 """What `standard` keeps at 100 Hz only, beside the backbones."""
 

@@ -15,6 +15,7 @@ from controller.schema.layout import quantity
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Mode
 from controller.schema.palette import DANGER, LINES, MEASURED, OBSERVER, REFERENCE, TWIN, pale
+from controller.schema.slot import SIGNALS
 from controller.schema.titles import title
 
 TARGET = pale(REFERENCE, 0.4)
@@ -157,6 +158,8 @@ GROUPS = (
             *_each("p_ref_dot", (FIRST, SECOND)),
             *_each("integral", (FIRST, SECOND)),
             Series("reseats", None, OBSERVER),
+            Series("controller", None, LINES[3]),
+            *_each("signals", (LINES * SIGNALS)[:SIGNALS], 1.0),
         ),
     ),
 )

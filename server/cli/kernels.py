@@ -18,6 +18,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from controller import compiled_sources
 from controller.arrays import Record
+from controller.system.progress import say
 from controller.system.work_process import WorkProcess
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ POLL_S = 0.2
 def compile_kernels(out: Console) -> None:
     """Compile what is not in the cache yet, and show on `out` how far that is."""
     columns = TextColumn("Compiling kernels"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    say(out, "Compiling kernels: a minute or two where none is kept")
     both = [WorkProcess("compiling", patience=None) for _ in range(2)]
     with ThreadPoolExecutor(2) as threads, ExitStack() as ends, Progress(*columns, console=out) as progress:
         for process in both:
@@ -133,7 +135,7 @@ def command() -> None:
     refer(given.command, True, control)
     feed_forward(settings, True, control)
     feed_back(settings, control, given.telemetry)
-    saturate(settings, control, given.telemetry)
+    saturate(control, given.telemetry)
     report_command(control, given.command, given.telemetry)
     report_loop(1, given.command, given.status, control, given.telemetry)
 
@@ -156,6 +158,7 @@ def beside() -> None:
     from controller.kernels.model.implicit import meet_hinges
     from controller.kernels.observer.observer import Replay
     from controller.kernels.observer.replay import RecordedSamples, replay
+    from controller.reference.torques import planned_torques
     from controller.schema.parameters import RigParameters
     from controller.simulation.first_mode import mode_response
     from controller.virtual.plant import compile_plant
@@ -170,6 +173,8 @@ def beside() -> None:
     replay(0, samples, run, np.zeros((1, observer.points.shape[0], 2)))
     out_of_balance(control.smap.statics.body, 0.0, 0.0, control.scratch)
     mode_response(np.zeros(2), 1.0, 0.1, 0.0, 1e-3)
+    parameters = RigParameters()
+    planned_torques(parameters.actuator, parameters.controller, np.tile([0.25, 0.01], (2, 1)), np.zeros((2, 2)))
     compile_plant(build_plant(RigParameters()), raw=False)
 
 

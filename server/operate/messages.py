@@ -8,6 +8,7 @@ from controller.errors import spelled
 from controller.schema.layout import Model
 from controller.schema.messages import Coordinate
 from controller.schema.parameters import Settings
+from controller.schema.slot import TUNING
 from server.http.who import Role
 
 PresetName = Annotated[str, spelled(r"^[\w .+-]{1,60}$", "1 to 60 letters, digits, blanks and _ . + -")]
@@ -60,6 +61,15 @@ class SettingsBody(Model):
     """Body of PATCH /api/settings: only the fields to change (same names and bounds as `Settings`)."""
 
     changes: Annotated[dict[str, float | int | Annotated[list[float], Bounds(max_length=16)]], Bounds(max_length=64)]
+
+
+class ControllerBody(Model):
+    """Body of PUT /api/controller: which of the rig's controllers is to be in the slot."""
+
+    name: Annotated[str, Bounds(max_length=60)]
+    """Of `RigInfo.controllers`."""
+    tuning: Annotated[dict[Annotated[str, Bounds(max_length=60)], float], Bounds(max_length=TUNING)] | None = None
+    """Its own numbers by name; the others are as usual."""
 
 
 class Target(Model):

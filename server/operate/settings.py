@@ -1,7 +1,7 @@
 """Live settings: law, sensors, gains, limits; and those of the last run, kept over a restart of this server."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,14 +10,21 @@ from pydantic import ValidationError
 
 from controller.errors import CommandRefused, ParameterError
 from controller.schema.messages import RigInfo
+from controller.schema.modes import Mode
 from controller.schema.parameters import Settings
+from controller.schema.slot import PREVIEW, PREVIEW_TUNING, TUNING
 from controller.system.state_file import StateFile
 from server.access.permit import Permit, Permitted
 from server.http.given import given
 from server.http.problems import malformed
 from server.log.events import EventLog
-from server.operate.messages import SettingsBody
+from server.operate.messages import ControllerBody, SettingsBody
 from server.operate.operator import GivenOperator, Operator
+from server.rig.client import GivenRig
+
+MOVING = (Mode.FOLLOW, Mode.TRACK)
+FIRST = {"controller": PREVIEW, "tuning": (*PREVIEW_TUNING, *[0.0] * (TUNING - len(PREVIEW_TUNING)))}
+"""In the slot as a server begins."""
 
 
 class KeptSettings:
@@ -30,8 +37,11 @@ class KeptSettings:
         self.changing = asyncio.Lock()
 
     def read(self) -> Settings:
-        """Those of the last run; the defaults when there are none, or none that this version understands."""
-        return self._file.read() or Settings()
+        """Those of the last run; the defaults when there are none, or none that this version understands.
+
+        All but the controller: every server begins with `preview`, as another rig may have others in its slot.
+        """
+        return (self._file.read() or Settings()).model_copy(update=FIRST)
 
     async def keep(self, settings: Settings) -> None:
         """Remember what the rig has taken; it is in force even where that fails."""
@@ -43,14 +53,41 @@ class KeptSettings:
     async def change(self, body: SettingsBody, operator: Operator, permit: Permit) -> Settings:
         """Those that the rig then has; CommandRefused where it does not take them, ParameterError where it cannot."""
         async with self.changing:
-            wanted = _merged(operator.settings, body)
-            strong = too_strong(wanted, info) if (info := self._info()) else {}
+            wanted, info = _merged(operator.settings, body), self._info()
+            another = wanted.controller != operator.settings.controller and "tuning" not in body.changes
+            if info and another and wanted.controller < len(info.controllers):
+                wanted = wanted.model_copy(update={"tuning": tuple(tuning(info, wanted.controller))})
+            strong = too_strong(wanted, info) if info else {}
             if why := [text for name, text in strong.items() if name in body.changes]:
                 raise ParameterError("; ".join(why))
             await put_in_force(wanted, operator, permit)
             await self.keep(operator.settings)
         self._events.add(f"{permit.name}: {', '.join(f'{name} = {value}' for name, value in body.changes.items())}")
         return operator.settings
+
+
+def chosen(body: ControllerBody, info: RigInfo) -> SettingsBody:
+    """What it changes to put this controller into the slot. ParameterError with name, value and bound."""
+    names = [one.name for one in info.controllers]
+    if body.name not in names:
+        raise ParameterError(f"controller = {body.name!r} is not one of {', '.join(names)}")
+    number = names.index(body.name)
+    if refused := info.controllers[number].refused:
+        raise CommandRefused(f"refused: controller {body.name}: {refused}")
+    about = info.controllers[number].tuning
+    if unknown := sorted(set(given := body.tuning or {}) - {one.name for one in about}):
+        known = ", ".join(one.name for one in about) or "none"
+        raise ParameterError(f"tuning.{unknown[0]}: the numbers of controller {body.name} are {known}")
+    for one in about:
+        if not one.low <= (value := given.get(one.name, one.usual)) <= one.high:
+            raise ParameterError(f"tuning.{one.name} = {value:g} is outside [{one.low:g}, {one.high:g}] {one.unit}")
+    return SettingsBody(changes={"controller": number, "tuning": tuning(info, number, given)})
+
+
+def tuning(info: RigInfo, number: int, given: Mapping[str, float] | None = None) -> list[float]:
+    """The numbers (TUNING,) of the rig's controller of this number: as usual but for those `given` by name."""
+    found = [(given or {}).get(one.name, one.usual) for one in info.controllers[number].tuning]
+    return [*found, *[0.0] * (TUNING - len(found))]
 
 
 async def put_in_force(wanted: Settings, operator: Operator, permit: Permit) -> None:
@@ -88,6 +125,22 @@ async def change_settings(
 ) -> Settings:
     """Change some settings; in force (and returned) only when the rig has taken them."""
     return await kept.change(body, operator, permit)
+
+
+@router.put("/api/controller")
+async def choose_controller(
+    body: ControllerBody, operator: GivenOperator, kept: GivenKeptSettings, rig: GivenRig, permit: Permitted
+) -> Settings:
+    """Put another controller into the slot, or tune the one that is there; in HOLD, or while the arm is not driven."""
+    changes = chosen(body, rig.require_info())
+    newest = rig.newest
+    if (
+        newest is not None
+        and newest["mode"][0] in MOVING
+        and changes.changes["controller"] != operator.settings.controller
+    ):
+        raise CommandRefused("refused: the controller changes in HOLD, not while the tip is on its way; hold first")
+    return await kept.change(changes, operator, permit)
 
 
 def _merged(before: Settings, body: SettingsBody) -> Settings:

@@ -9,6 +9,7 @@ from controller.arrays import Array
 from controller.link import ENDLESS
 from controller.reference.feasible.bounds import Limits
 from controller.reference.reference import row_kinds
+from controller.schema.messages import RigInfo
 from controller.schema.modes import RowKind
 from controller.schema.parameters import RigParameters, Settings
 
@@ -56,10 +57,21 @@ class Lap:
         return self.u[len(self.lead) :]
 
 
-def velocity_gain(kind: RowKind, rig: RigParameters, settings: Settings) -> tuple[float, float]:
-    """K_FF [s] with which rows of `kind` are followed, in x and y: the kernel's `choose_velocity_gain`."""
+def velocity_gain(kind: RowKind, rig: RigParameters, settings: Settings, own_gains: bool) -> tuple[float, float]:
+    """K_FF [s] with which rows of `kind` are followed, in x and y: the kernel's `choose_velocity_gain`.
+
+    None by a controller that has gains of its own.
+    """
+    if own_gains:
+        return 0.0, 0.0
     own = kind == RowKind.FED and settings.K_FF == (0.0, 0.0)
     return (rig.controller.reference_K_FF,) * 2 if own else settings.K_FF
+
+
+def in_slot(rig: RigInfo, settings: Settings) -> tuple[str, bool]:
+    """Name of the controller that these settings choose, and whether it has gains of its own; "" without a slot."""
+    chosen = rig.controllers[settings.controller] if rig.controllers else None
+    return ("", False) if chosen is None else (chosen.name, chosen.own_gains)
 
 
 @dataclass(frozen=True)
@@ -82,6 +94,10 @@ class Leg:
     """Of the rows that are judged."""
     steps: bool = False
     """It declares that it steps."""
+    planned: Array | None = None
+    """Torques (n, 2) [N m] that move the model along the rows, where the controller follows such."""
+    planned_again: Array | None = None
+    """The same (n - again, 2) of every lap but the first."""
 
     @property
     def kinds(self) -> np.ndarray:
@@ -92,6 +108,16 @@ class Leg:
         """Rows of `p` that come at `index` (k,), counted from the leg's first tick."""
         repeating = self.again + (index - self.again) % (len(self.p) - self.again)
         return np.where(index < len(self.p), index, repeating)
+
+    def planned_at(self, index: np.ndarray) -> Array | None:
+        """The planned torques at those ticks (k, 2) [N m]; None without any."""
+        if self.planned is None:
+            return None
+        first: Array = self.planned[self.row(index)]
+        later = index >= len(self.p)
+        if self.planned_again is not None:
+            first[later] = self.planned_again[self.row(index[later]) - self.again]
+        return first
 
     def at(self, index: np.ndarray) -> Array:
         """Where the reference is at the ticks `index` (k,) counted from the leg's first: (k, 2) [m]."""

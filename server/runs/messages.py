@@ -140,6 +140,8 @@ class RunResult(Figures):
     """In motion, approach included [s]."""
     K_FF: tuple[float, float] = (0.0, 0.0)
     """Velocity feedforward in x and y that it began with [s]: the settings', or the reference's own."""
+    controller: str = ""
+    """That was in the slot; "" of a run before there was one."""
     errors: tuple[float | None, ...] = ()
     """Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen."""
     recording: str | None

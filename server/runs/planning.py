@@ -27,16 +27,18 @@ def lap(body: RunBody, rig: RigParameters, settings: Settings) -> Lap:
     return lap_of(wanted(body, rig, settings), rig, body.laps, allowed)
 
 
-def leg(rig: RigParameters, lap: Lap, laps: int | None, u: Array, left: Place | None = None) -> Leg:
+def leg(rig: RigParameters, settings: Settings, lap: Lap, laps: int | None, u: Array, left: Place | None = None) -> Leg:
     """From the torques u (2,) [N m] at which the rig is, to the path, or to where it was left, and to its end.
 
     Raises ParameterError beyond the limits.
     """
     from controller.assembly.statics import static_map
+    from server.runs.ahead import with_plan
     from server.runs.laps import first_leg, next_leg
 
     smap = static_map(rig.actuator, rig.controller)
-    return first_leg(smap, lap, laps, u) if left is None else next_leg(smap, lap, laps, u, left)
+    found = first_leg(smap, lap, laps, u) if left is None else next_leg(smap, lap, laps, u, left)
+    return with_plan(found, rig, settings)
 
 
 def preview(body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> Preview:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.lib.recfunctions import repack_fields
 
 from controller.arrays import Array, Rows
+from controller.assembly.controllers.registry import controllers
 from controller.assembly.statics import static_map
 from controller.errors import DataError, ParameterError, TendrilError
 from controller.kernels.model.statics import StaticMap
@@ -23,6 +24,7 @@ from controller.simulation.simulate import Simulation
 from server.drawing.messages import DURATION_MIN, DrawingBody, Duration
 from server.drawing.picture import Indices, evenly, points, times
 from server.drawing.planned import wanted
+from server.runs.ahead import with_plan
 from server.runs.lap import velocity_gain
 from server.runs.laps import allowed_by, first_leg, lap_of
 from server.runs.messages import Preview, PreviewBody, PreviewPart
@@ -59,8 +61,9 @@ class PreviewInParts:
         smap = static_map(rig.actuator, rig.controller)
         allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
         self._lap, self._dt = lap_of(wanted(body, rig, settings), rig, body.laps, allowed), rig.controller.dt
-        self._leg = leg = first_leg(smap, self._lap, body.laps, u)
-        self._K_FF = velocity_gain(self._lap.kind, rig, settings)
+        self._leg = leg = with_plan(first_leg(smap, self._lap, body.laps, u), rig, settings)
+        own_gains = controllers()[settings.controller].own_gains
+        self._K_FF = velocity_gain(self._lap.kind, rig, settings, own_gains)
         before = way_to(smap, u, self._dt)
         self._ahead, self._done = len(before[0]), 0
         _require_room(self._ahead + leg.ticks, body.laps, self._dt)
@@ -69,7 +72,10 @@ class PreviewInParts:
         travelled = np.append(np.ones(self._ahead, bool), leg.travel[leg.row(row)])
         known, fed = self._lap.kind >= RowKind.KNOWN, self._lap.kind == RowKind.FED
         reference = Reference(self._lap.name, p, 0, u=u, travel=travelled, known=known, velocity_feedforward=fed)
-        self._simulation = started(rig, reference, settings)
+        planned = leg.planned_at(row)
+        if planned is not None:
+            planned = np.vstack([before[1], planned])
+        self._simulation = started(rig, reference, settings, planned)
         self._rows = np.zeros(len(p), FIELDS)
         self._shown, self._told = evenly(leg.ticks), 0
         self._seconds = time.perf_counter() - begin
@@ -154,11 +160,11 @@ def way_to(smap: StaticMap, u: Array, dt: float) -> tuple[Array, Array]:
     return static_tips(smap, torques), torques
 
 
-def started(rig: RigParameters, reference: Reference, settings: Settings) -> Simulation:
-    """The twin at rest, about to follow `reference`."""
+def started(rig: RigParameters, reference: Reference, settings: Settings, planned: Array | None) -> Simulation:
+    """The twin at rest, about to follow `reference`, by torques `planned` (n, 2) [N m] where there are some."""
     simulation = armed(rig, settings, rig.twin.seed)
     try:
-        plan(simulation.rig.control, reference, rig.controller.dt)
+        plan(simulation.rig.control, reference, rig.controller.dt, planned)
     except DataError as error:
         raise ParameterError(str(error)) from error
     request(simulation, Request.TRACK)

@@ -30,6 +30,8 @@ class About:
     """Period of the rows [s]."""
     K_FF: tuple[float, float] = (0.0, 0.0)
     """Velocity feedforward that it begins with [s]."""
+    controller: str = ""
+    """In the slot."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,7 @@ class Run:
             duration=self._moved * about.dt,
             recording=self.recording,
             K_FF=about.K_FF,
+            controller=about.controller,
             errors=tuple(self._tally.course.parts()),
             **self._tally.figures().model_dump(),
         )

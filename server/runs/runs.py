@@ -24,7 +24,7 @@ from server.recorder.automatic import Automatic
 from server.rig.planner import Planner
 from server.runs import planning
 from server.runs.inbox import Inbox
-from server.runs.lap import Leg, velocity_gain
+from server.runs.lap import Leg, in_slot, velocity_gain
 from server.runs.messages import RunBody, RunResult, RunState
 from server.runs.phases import CLOSES, DEADLINES, HALTING, MOVING, Closes, Event, Machine, Phase
 from server.runs.results import Results
@@ -184,21 +184,22 @@ class Runs:
 
     async def _prepare(self, machine: Machine, body: RunBody, info: RigInfo) -> tuple[Leg, Before, About]:
         """Everything before the rig is asked to track."""
-        rig = info.parameters
-        lap = await self._while(machine, self._planner.do(planning.lap, body, rig, self._tracker.settings))
+        rig, settings = info.parameters, self._tracker.settings
+        lap = await self._while(machine, self._planner.do(planning.lap, body, rig, settings))
         held = await self._while(machine, self._tracker.hold(self._procedure.starter))
-        leg = await self._while(machine, self._planner.do(planning.leg, rig, lap, body.laps, held.u))
+        leg = await self._while(machine, self._planner.do(planning.leg, rig, settings, lap, body.laps, held.u))
         if body.record:
             await self._while(machine, self._automatic.begin_run(lap.name, self._procedure.starter.name))
         await self._while(machine, self._tracker.upload(leg, self._procedure.starter))
-        number, K_FF = self._results.next_id(), velocity_gain(lap.kind, rig, self._tracker.settings)
-        return leg, held.before, About(number, lap, body.laps, datetime.now(UTC), rig.controller.dt, K_FF)
+        (name, own), now = in_slot(info, settings), datetime.now(UTC)
+        number, K_FF = self._results.next_id(), velocity_gain(lap.kind, rig, settings, own)
+        return leg, held.before, About(number, lap, body.laps, now, rig.controller.dt, K_FF, name)
 
     async def _return(self, run: Run) -> None:
         """Everything before the rig is asked to track again."""
         rig, about = self._tracker.require_ready().parameters, run.about
         held = await self._while(run.machine, self._tracker.hold(self._procedure.starter))
-        leading = self._planner.do(planning.leg, rig, about.lap, about.laps, held.u, run.left)
+        leading = self._planner.do(planning.leg, rig, self._tracker.settings, about.lap, about.laps, held.u, run.left)
         leg = await self._while(run.machine, leading)
         await self._while(run.machine, self._tracker.upload(leg, self._procedure.starter))
         run.begin(leg, held.before)

@@ -70,7 +70,7 @@ class Tracker:
 
     async def upload(self, leg: Leg, permit: Permit) -> None:
         """Give the rig the rows of `leg`."""
-        rows = PlannedRows(leg.p, leg.u, leg.kinds, leg.again, leg.ticks, leg.steps)
+        rows = PlannedRows(leg.p, leg.u, leg.kinds, leg.again, leg.ticks, leg.planned, leg.planned_again, leg.steps)
         await asyncio.get_running_loop().run_in_executor(self._threads, self._rig.plan, rows, permit)
 
     async def track(self, permit: Permit) -> None:

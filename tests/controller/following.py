@@ -2,8 +2,8 @@
 
 `python -m tests.controller.following` makes 500 clicks and 500 drags of each actuator, with each choice of sensors, on
 each plant: 486,000 in all, some four and a half hours of a core; `... 100 "rod 3" tip` 100 of each with those sensors,
-`... --observer-kappa 1` with the table's inertia in every observer, not as `tendril up` begins. What came so far is
-printed after each 50.
+`... --observer-kappa 1` with the table's inertia in every observer, not as `tendril up` begins, `... --controller
+preview` with that in the slot. What came so far is printed after each 50.
 """
 
 import argparse
@@ -15,11 +15,19 @@ from typing import NamedTuple
 import numpy as np
 
 from controller.arrays import Rows
+from controller.assembly.controllers.registry import with_controller
 from controller.assembly.statics import static_map
 from controller.schema.actuator import PRESETS, Actuator
 from controller.schema.fit import TWIN
 from controller.schema.modes import Cause, Law, Mode, Request
-from controller.schema.parameters import ControllerParameters, Integrator, RigParameters, TwinParameters, usual_kappa
+from controller.schema.parameters import (
+    ControllerParameters,
+    Integrator,
+    RigParameters,
+    Settings,
+    TwinParameters,
+    usual_kappa,
+)
 from tests.controller.trial import Trial, true_tip
 
 SENSED = {
@@ -54,6 +62,7 @@ class Course(NamedTuple):
     dragged: bool
     seed: int = 0
     observer_kappa: float = 1.0
+    controller: str = "paper"
 
 
 class Came(NamedTuple):
@@ -80,7 +89,7 @@ def came_of(course: Course, count: int, patient: bool = False) -> Came:
     """
     random, came, goal = np.random.default_rng(course.seed), Came([], []), np.array([0.0, 0.0])
     rig, sensed = parameters(course), SENSED[course.sensed]
-    trial = fresh(rig, sensed)
+    trial = fresh(rig, sensed, controller=course.controller)
     for _ in range(count):
         path = list(way(course, goal, random))
         goal = path[-1]
@@ -93,15 +102,16 @@ def came_of(course: Course, count: int, patient: bool = False) -> Came:
         stopped = np.flatnonzero(rows["mode"] != Mode.FOLLOW)
         if stopped.size:
             came.stops.append(f"{Cause(rows['cause'][stopped[0]]).name} at {where} mm")
-            trial = fresh(rig, sensed)
+            trial = fresh(rig, sensed, controller=course.controller)
         elif (left := swing(rows)) > SWING and (not patient or (left := swing(trial.run(round(1000 * STILL)))) > SWING):
             came.swings.append(f"{1e3 * left:.0f} mm at {where} mm")
     return came
 
 
-def fresh(rig: RigParameters, sensed: int, law: Law = Law.FF_PI) -> Trial:
+def fresh(rig: RigParameters, sensed: int, law: Law = Law.FF_PI, controller: str = "paper") -> Trial:
     """Armed, and following the tip at rest, by the sensors `sensed` (as bits)."""
-    trial = Trial(parameters=rig, sensed=sensed, law=law)
+    chosen = with_controller(Settings(), controller)
+    trial = Trial(parameters=rig, sensed=sensed, law=law, controller=chosen.controller, tuning=chosen.tuning)
     trial.arm()
     x, y = trial.run(1)["p_ref"][-1]
     trial.ask(Request.FOLLOW, (float(x), float(y)), 200)
@@ -139,13 +149,13 @@ def _one(job: tuple[Course, int]) -> tuple[Course, Came]:
     return job[0], came_of(*job, patient=True)  # what dies out late is no limit cycle
 
 
-def measure(count: int, choices: list[str], observer_kappa: float | None) -> None:
+def measure(count: int, choices: list[str], observer_kappa: float | None, controller: str) -> None:
     """`count` clicks and `count` drags of each actuator with each of the choices of sensors on each plant."""
     total = {pair: np.zeros(3, int) for pair in itertools.product(ACTUATORS, choices)}
     with ProcessPoolExecutor() as pool:
         for part in range(-(-count // PART)):
             each = min(PART, count - part * PART)
-            todo = courses(part, choices, observer_kappa)
+            todo = courses(part, choices, observer_kappa, controller)
             for course, came in pool.map(_one, ((course, each) for course in todo)):
                 total[course.actuator, course.sensed] += (each, len(came.stops), len(came.swings))
                 if came.stops or came.swings:
@@ -155,12 +165,12 @@ def measure(count: int, choices: list[str], observer_kappa: float | None) -> Non
                 print(f"{name}, {sensed}:", *row, flush=True)
 
 
-def courses(part: int, choices: list[str], observer_kappa: float | None) -> Iterator[Course]:
+def courses(part: int, choices: list[str], observer_kappa: float | None, controller: str) -> Iterator[Course]:
     """Of each combination one that no other part has."""
     for name, sensed, dragged in itertools.product(ACTUATORS, choices, (False, True)):
         kappa = observer_kappa or usual_kappa(ACTUATORS[name], Integrator.IMPLICIT)
         for n, plant in enumerate(FAMILY):
-            yield Course(name, sensed, *plant, dragged, part * len(FAMILY) + n, kappa)
+            yield Course(name, sensed, *plant, dragged, part * len(FAMILY) + n, kappa, controller)
 
 
 if __name__ == "__main__":
@@ -168,4 +178,5 @@ if __name__ == "__main__":
     parser.add_argument("count", type=int, nargs="?", default=500)
     parser.add_argument("choices", nargs="*", default=list(SENSED))
     parser.add_argument("--observer-kappa", type=float)
+    parser.add_argument("--controller", default="paper")
     measure(**vars(parser.parse_args()))

@@ -56,7 +56,7 @@ class ScriptedRig:
 
     @property
     def info(self) -> Any:
-        return SimpleNamespace(boot=self.known_boot, parameters=self.parameters)
+        return SimpleNamespace(boot=self.known_boot, parameters=self.parameters, controllers=())
 
     @property
     def age(self) -> float:

@@ -44,7 +44,7 @@ def begin(settings: Record, telemetry: Record, sensing: Sensing, control: Contro
     update_sensitivity(control)
     u_1, u_2 = state.u_ff
     for _ in range(STEPS):
-        d_1, d_2 = through_sensitivity(control, x - state.p_ref[0], y - state.p_ref[1])
+        d_1, d_2 = through_sensitivity(state, control.controller[0].epsilon, x - state.p_ref[0], y - state.p_ref[1])
         u_1, u_2 = nearest_admissible(smap.polygon, u_1 + d_1, u_2 + d_2)
         state.p_ref[0], state.p_ref[1] = static_tip(smap.statics, u_1, u_2, control.scratch)
     state.u_ff[0], state.u_ff[1] = u_1, u_2

@@ -188,6 +188,9 @@ def follow_plan(control: Control) -> None:
     else:
         aim(x, y, 1, control)
     state.kind = control.kinds[state.index]
+    state.row = state.planned_row = state.index
+    if state.followed >= plan.rows and plan.rows + state.index - plan.again < control.slot.planned.shape[0]:
+        state.planned_row = plan.rows + state.index - plan.again
     state.followed += 1
     state.index += 1
     if state.index == plan.rows:

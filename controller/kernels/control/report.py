@@ -44,17 +44,19 @@ def report_estimate(
 @kernel
 def report_command(control: Control, command: Record, out_telemetry: Record) -> None:
     """Target, reference, torques and chamber setpoints (paper, "Controller Architecture")."""
-    state = control.state[0]
+    state, wanted = control.state[0], control.slot.wanted[0]
     for j in range(2):
         out_telemetry.target[j] = command.target[j]
         out_telemetry.p_ref[j] = state.p_ref[j]
         out_telemetry.p_ref_dot[j] = state.p_ref_dot[j]
-        out_telemetry.integral[j] = state.integral[j]
+        out_telemetry.integral[j] = wanted.integral[j]
         out_telemetry.u_ff[j] = state.u_ff[j]
         out_telemetry.u_fb[j] = state.u_fb[j]
         out_telemetry.u[j] = state.u[j]
     out_telemetry.reachable = state.reachable
-    out_telemetry.law = command.settings.law
+    out_telemetry.law, out_telemetry.controller = command.settings.law, state.controller
+    for j in range(wanted.signals.size):
+        out_telemetry.signals[j] = wanted.signals[j]
     chamber_pressures(state.u, control.pascal_per_torque, out_telemetry.pressure_cmd)
 
 

@@ -45,34 +45,33 @@ def update_sensitivity(control: Control) -> None:
 
 
 @kernel
-def attainable(state: Record, f_1: float, f_2: float) -> Pair:
-    """Task-space vector f with its part along the weakest direction faded.
+def attainable(at: Record, f_1: float, f_2: float) -> Pair:
+    """Task-space vector f with its part along the weakest direction faded; `at` holds stands, weak and share.
 
     Not in the paper: see `update_sensitivity`.
     """
-    if not state.stands:
+    if not at.stands:
         return 0.0, 0.0
-    cut = (1.0 - state.share) * (state.weak[0] * f_1 + state.weak[1] * f_2)
-    return f_1 - cut * state.weak[0], f_2 - cut * state.weak[1]
+    cut = (1.0 - at.share) * (at.weak[0] * f_1 + at.weak[1] * f_2)
+    return f_1 - cut * at.weak[0], f_2 - cut * at.weak[1]
 
 
 @kernel
-def squared(state: Record) -> tuple[float, float, float]:
+def squared(at: Record) -> tuple[float, float, float]:
     """Entries 11, 12, 22 of S^T S [m^2/(N m)^2]: by how much torques move the tip. Eq. UFB: paper."""
-    S11, S12, S21, S22 = state.S
+    S11, S12, S21, S22 = at.S
     return S11 * S11 + S21 * S21, S11 * S12 + S21 * S22, S12 * S12 + S22 * S22
 
 
 @kernel
-def through_sensitivity(control: Control, f_1: float, f_2: float) -> Pair:
-    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose.
+def through_sensitivity(at: Record, epsilon: float, f_1: float, f_2: float) -> Pair:
+    """u_FB = (S^T S + epsilon I)^-1 S^T f_des [N m], S at the observer's pose: `at` has it, and what fades it.
 
     Eq. UFB: paper, "Task-space PI control". f_des [m].
     """
-    state, epsilon = control.state[0], control.controller[0].epsilon
-    S11, S12, S21, S22 = state.S
-    f_1, f_2 = attainable(state, f_1, f_2)
-    H11, H12, H22 = squared(state)
+    S11, S12, S21, S22 = at.S
+    f_1, f_2 = attainable(at, f_1, f_2)
+    H11, H12, H22 = squared(at)
     H11, H22 = H11 + epsilon, H22 + epsilon
     g_1, g_2 = S11 * f_1 + S21 * f_2, S12 * f_1 + S22 * f_2
     det = H11 * H22 - H12 * H12

@@ -47,6 +47,6 @@ def tick(t_ns: int, command: Record, measurement: Record, status: Record, rig: R
     refer(command, due, control)
     feed_forward(settings, due, control)
     feed_back(settings, control, out_telemetry)
-    saturate(settings, control, out_telemetry)
+    saturate(control, out_telemetry)
     report_command(control, command, out_telemetry)
     report_loop(t_ns, command, status, control, out_telemetry)

@@ -244,6 +244,26 @@ export interface paths {
     patch: operations["change_settings"];
     trace?: never;
   };
+  "/api/controller": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    /**
+     * Choose Controller
+     * @description Put another controller into the slot, or tune the one that is there; in HOLD, or while the arm is not driven.
+     */
+    put: operations["choose_controller"];
+    post?: never;
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/rig": {
     parameters: {
       query?: never;
@@ -2400,6 +2420,94 @@ export interface components {
       filled: "u1+" | "u1-" | "u2+" | "u2-";
     };
     /**
+     * ControllerBody
+     * @description Body of PUT /api/controller: which of the rig's controllers is to be in the slot.
+     */
+    ControllerBody: {
+      /**
+       * Name
+       * @description Of `RigInfo.controllers`.
+       */
+      name: string;
+      /**
+       * Tuning
+       * @description Its own numbers by name; the others are as usual.
+       */
+      tuning?: {
+        [key: string]: number;
+      } | null;
+    };
+    /**
+     * ControllerInfo
+     * @description A controller that a rig has; `Settings.controller` counts them.
+     */
+    ControllerInfo: {
+      /** Name */
+      name: string;
+      /** Title */
+      title: string;
+      /** Citation */
+      citation: string;
+      /**
+       * Plans
+       * @description It follows torques that were planned along the reference (`PlannedRows.planned`).
+       */
+      plans: boolean;
+      /**
+       * Own Gains
+       * @description It takes no heed of K_P, K_I and K_FF.
+       */
+      own_gains: boolean;
+      /**
+       * Tuning
+       * @description `Settings.tuning` has these, in this order.
+       */
+      tuning: components["schemas"]["ControllerNumber"][];
+      /**
+       * Signals
+       * @description `Telemetry.signals` has these.
+       */
+      signals: components["schemas"]["ControllerSignal"][];
+      /**
+       * Refused
+       * @description Why the rig does not have it in its slot, after a trial on the twin; "" where it does.
+       * @default
+       */
+      refused: string;
+    };
+    /**
+     * ControllerNumber
+     * @description A number that a controller is tuned by.
+     */
+    ControllerNumber: {
+      /** Name */
+      name: string;
+      /** Symbol */
+      symbol: string;
+      /** Unit */
+      unit: string;
+      /**
+       * Usual
+       * @description Where no other value is given.
+       */
+      usual: number;
+      /**
+       * Low
+       * @description Least that it takes.
+       */
+      low: number;
+      /**
+       * High
+       * @description Most that it takes.
+       */
+      high: number;
+      /**
+       * About
+       * @default
+       */
+      about: string;
+    };
+    /**
      * ControllerParameters
      * @description Fixed numbers of the loop. The paper's where it gives them, ours (marked) where it does not.
      */
@@ -2558,6 +2666,16 @@ export interface components {
       reference_acceleration_max: number;
     };
     /**
+     * ControllerSignal
+     * @description A number that a controller shows.
+     */
+    ControllerSignal: {
+      /** Name */
+      name: string;
+      /** Unit */
+      unit: string;
+    };
+    /**
      * CosseratParameters
      * @description What the Cosserat plant has of its own (ours: neither the paper nor an actuator's file gives any of it).
      */
@@ -2601,6 +2719,15 @@ export interface components {
        *     ]
        */
       torque_gain: [number, number];
+      /**
+       * Chamber Imbalance
+       * @description As the twin's.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      chamber_imbalance: [number, number];
       /**
        * Set Curvature
        * @description As the twin's.
@@ -5115,6 +5242,10 @@ export interface components {
        * @default {
        *       "plant": "rod",
        *       "cosserat": {
+       *         "chamber_imbalance": [
+       *           0,
+       *           0
+       *         ],
        *         "elements": 20,
        *         "lag": [
        *           0.005,
@@ -5146,6 +5277,10 @@ export interface components {
        *       "torque_gain": [
        *         1.096,
        *         1.056
+       *       ],
+       *       "chamber_imbalance": [
+       *         0,
+       *         0
        *       ],
        *       "set_curvature": [
        *         0.3551,
@@ -5293,6 +5428,12 @@ export interface components {
        *     ]
        */
       observer_gains_max: [number, number];
+      /**
+       * Controllers
+       * @description What may be in its slot.
+       * @default []
+       */
+      controllers: components["schemas"]["ControllerInfo"][];
       /** @description What it is latched by at this moment, by an earlier boot of it or in this one. */
       latched: components["schemas"]["Latched"] | null;
     };
@@ -5422,6 +5563,10 @@ export interface components {
        * @default {
        *       "plant": "rod",
        *       "cosserat": {
+       *         "chamber_imbalance": [
+       *           0,
+       *           0
+       *         ],
        *         "elements": 20,
        *         "lag": [
        *           0.005,
@@ -5453,6 +5598,10 @@ export interface components {
        *       "torque_gain": [
        *         1.096,
        *         1.056
+       *       ],
+       *       "chamber_imbalance": [
+       *         0,
+       *         0
        *       ],
        *       "set_curvature": [
        *         0.3551,
@@ -5607,6 +5756,12 @@ export interface components {
        *     ]
        */
       K_FF: [number, number];
+      /**
+       * Controller
+       * @description That was in the slot; "" of a run before there was one.
+       * @default
+       */
+      controller: string;
       /**
        * Errors
        * @description Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen.
@@ -5891,6 +6046,35 @@ export interface components {
     Settings: {
       /** @default 4 */
       law: components["schemas"]["Law"];
+      /**
+       * Controller
+       * @description Which of the rig's controllers is in the slot (`RigInfo.controllers`); it changes in HOLD, not on the way.
+       * @default 0
+       */
+      controller: number;
+      /**
+       * Tuning
+       * @description The controller's own numbers, in the order of its definition; 0 beyond them.
+       * @default [
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0,
+       *       0
+       *     ]
+       */
+      tuning: number[];
       /**
        * Sensed
        * @description Bit i-1 set: the observer uses the marker of rod i. Only the tip by default.
@@ -6513,6 +6697,10 @@ export interface components {
        *         1,
        *         1
        *       ],
+       *       "chamber_imbalance": [
+       *         0,
+       *         0
+       *       ],
        *       "set_curvature": [
        *         0,
        *         0
@@ -6571,6 +6759,16 @@ export interface components {
        *     ]
        */
       torque_gain: [number, number];
+      /**
+       * Chamber Imbalance
+       * @description By which share the first chamber of each pair bends the plant more than `torque_gain` says, and the second less:
+       *     with it the four chambers of a print have four gains, as a `pressure_map` of four has four slopes.
+       * @default [
+       *       0,
+       *       0
+       *     ]
+       */
+      chamber_imbalance: [number, number];
       /**
        * Set Curvature
        * @description What the base half and the tip half are bent at rest, unknown to the model: TPU keeps some of past bends.
@@ -7536,6 +7734,43 @@ export interface operations {
     requestBody: {
       content: {
         "application/json": components["schemas"]["SettingsBody"];
+      };
+    };
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["Settings"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  choose_controller: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["ControllerBody"];
       };
     };
     responses: {

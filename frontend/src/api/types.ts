@@ -8,6 +8,7 @@ export type Mode = Schemas["Mode"];
 export type Cause = Schemas["Cause"];
 export type Law = Schemas["Law"];
 export type Settings = Schemas["Settings"];
+export type ControllerInfo = Schemas["ControllerInfo"];
 export type Lease = Schemas["Lease"];
 export type Session = Schemas["Session"];
 export type People = Schemas["People"];

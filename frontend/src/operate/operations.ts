@@ -109,6 +109,14 @@ export class Operations {
     return this.attemptInTurn(title, send);
   }
 
+  /** Put a controller into the slot, or tune the one that is there: `tuning` by name, all else as usual. */
+  chooseController(name: string, tuning: Record<string, number>): Promise<void> {
+    return this.attemptInTurn("Controller not changed", async () => {
+      const settings = await dataOf(api.PUT("/api/controller", { body: { name, tuning } }));
+      this.page.patch({ settings: keep(this.page.get().settings, settings) });
+    });
+  }
+
   /** As `attempt`, once all that was asked for in this way before is done: no change takes an earlier one back. */
   attemptInTurn(title: string, action: () => Promise<unknown>): Promise<void> {
     this.turn = this.turn.then(() => this.attempt(title, action));

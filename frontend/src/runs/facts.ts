@@ -37,6 +37,7 @@ export function resultFacts(result: RunResult, foreseen: number | null): Facts {
   if (foreseen !== null) facts.splice(1, 0, ["Foreseen", errorText(foreseen)]);
   if (lag_deg_x !== null) facts.push(["Lag x", degrees(lag_deg_x)]);
   if (lag_deg_y !== null) facts.push(["Lag y", degrees(lag_deg_y)]);
+  if (result.controller !== "") facts.push(["Controller", result.controller]);
   if (result.K_FF.some((gain) => gain > 0)) facts.push(["K_FF", velocityGain(result.K_FF)]);
   facts.push(["Saturated", percent(saturated_share, 1)], ["On time", percent(on_time_share)]);
   return facts;

@@ -117,6 +117,7 @@ function ended(id: number, name: string, recording: string | null = "a"): RunRes
     saturated_share: null,
     on_time_share: null,
     K_FF: [0, 0] as [number, number],
+    controller: "",
   };
   const end = { time: "", laps: 1, state: "done" as const, reason: "", duration: 9, errors: [] };
   return { id, name, recording, rmse: null, ...none, ...end };
@@ -223,6 +224,7 @@ test("a prediction and a result read in millimetres, without a lag where nothing
     resultFacts({ ...result, ...numbers, lag_deg_x: lag, lag_deg_y: lag }, foreseen).map(([name]) => name);
   expect(names(null)).toEqual(["RMSE", "Max error", "Saturated", "On time"]);
   expect(names(-12)).toContain("Lag y");
+  expect(resultFacts({ ...result, controller: "preview" }, null)).toContainEqual(["Controller", "preview"]);
   expect(resultFacts({ ...result, K_FF: [0.1, 0] }, null)).toContainEqual(["K_FF", "0.100, 0.000 s"]);
   expect(names(null, 1.1e-3).slice(0, 2)).toEqual(["RMSE", "Foreseen"]);
   expect(drawingFacts(null).every(([, value]) => value === "–")).toBe(true);

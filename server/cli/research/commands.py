@@ -21,6 +21,11 @@ Scheduler = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers do the work (`tendril docs calibration`)."),
 ]
+ControllerName = Annotated[
+    str, typer.Option(help="What is in the slot: paper, letter, preview (`tendril docs control`).")
+]
+PAPERS_OWN = ("ff", "ff+p", "ff+i", "paper")
+"""Laws whose feedforward is the paper's."""
 ActuatorName = Annotated[str, typer.Option(help="P1, P2, P3 or a .toml file (`tendril docs actuators`).")]
 
 
@@ -222,7 +227,11 @@ def track(
     law: Annotated[
         str, typer.Option(help="ff, ff+p, ff+i, ff+pi; paper: to its letter; sensors of ff+pi: rod6, rod10, rod6+10.")
     ] = "ff+pi",
-    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    controller: Annotated[
+        str | None,
+        typer.Option(help="What is in the slot (`tendril docs control`): without it preview, or paper for its laws."),
+    ] = None,
+    tune: Annotated[str, typer.Option(help="Numbers of the controller, as in K_P=0.3,lag=0.1.")] = "",
     plant: PlantName = "rod",
     plant_actuator: Annotated[
         str | None, typer.Option(help="What is simulated, where it is another body than the model's --actuator.")
@@ -249,23 +258,25 @@ def track(
     comments: Comments = False,
 ) -> None:
     """Follow any path on the twin and measure it like the paper's experiments (`tendril docs tracking`)."""
+    from controller.assembly.controllers.registry import with_controller
     from controller.reference.drawn import Wish
     from controller.research.experiments.plant_scale import scaled
-    from controller.research.track import TrackTask, require_controller
+    from controller.research.track import TrackTask
     from controller.schema.actuator import read_actuator
     from controller.schema.parameters import REPEATING, usual_twin
-    from controller.schema.twin_numbers import twin_numbers
+    from controller.schema.twin_numbers import inline, twin_numbers
     from controller.simulation.case import Setup
     from server.cli.research.track import Wanted, run_track
 
-    require_controller(controller)
+    controller = controller or ("paper" if law in PAPERS_OWN else "preview")
+    gains = with_controller(REPEATING, controller, inline("tune", tune, "K_P=0.3,lag=0.1"))
     if out_file is None or out_file.suffix != ".csv":
         refuse_given(context, f"is for --out FILE.csv, not {out_file or 'a run without --out'}", "comments")
     wish = Wish(project, frequency, velocity_feedforward, start)
     model, body = read_actuator(actuator), read_actuator(plant_actuator) if plant_actuator else None
     observing = controller_of(model, observer_kappa)
     simulated = usual_twin(body or model, twin_numbers(twin, plant=plant))
-    setup = Setup(scaled(simulated, plant_scale, body or model), observing, REPEATING)
+    setup = Setup(scaled(simulated, plant_scale, body or model), observing, gains)
     task = TrackTask(reference, model, law, seed, wish, setup, body)
     run_track(task, Wanted(json_file, out_file, plot, comments), out)
 
@@ -275,7 +286,7 @@ def reproduce(
     report: Annotated[Path | None, typer.Option(help="Folder for the report and a recording of each case.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write all rows to this file.")] = None,
     quick: Annotated[bool, typer.Option(help="Run every case once instead of 3 times (Task 4: 5).")] = False,
-    controller: Annotated[str, typer.Option(help="Only paper so far.")] = "paper",
+    controller: ControllerName = "letter",
     law: Annotated[
         Literal["ours", "paper"], typer.Option(help="paper: its equations to the letter as well, beside ours.")
     ] = "ours",
@@ -284,13 +295,16 @@ def reproduce(
     plant: PlantName = "rod",
 ) -> None:
     """Run every experiment of the paper on the twin and compare (`tendril docs reproduction`)."""
+    from dataclasses import replace
+
+    from controller.assembly.controllers.registry import with_controller
     from controller.research.experiments.catalogue import catalogue
     from controller.research.experiments.fitted_intervals import paper_setup
     from controller.research.experiments.pool import cores
     from controller.research.experiments.reproduce import Reproduction
-    from controller.research.track import require_controller
     from server.cli.research.reproduce import run_reproduce
 
-    require_controller(controller)
-    order = Reproduction(catalogue(seed, quick), paper_setup(plant), workers or cores(), quick, letter=law == "paper")
+    setup = paper_setup(plant)
+    setup = replace(setup, gains=with_controller(setup.gains, controller))
+    order = Reproduction(catalogue(seed, quick), setup, workers or cores(), quick, letter=law == "paper")
     run_reproduce(order, report, json_file, out)

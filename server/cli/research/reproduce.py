@@ -20,7 +20,7 @@ from controller.simulation.case import Case, Outcome, Setup, parameters_of, sett
 from controller.simulation.live_path import live_settings
 from controller.simulation.run import for_reference
 from controller.system.origin import command_line
-from controller.system.progress import remaining
+from controller.system.progress import remaining, say
 from server.cli.files import made, require_file, write_json
 
 RECORDINGS = "recordings"
@@ -124,10 +124,10 @@ def progress(reproduction: Reproduction, console: Console) -> Iterator[RunProgre
         remaining(),
         TextColumn("{task.fields[last]}"),
     )
+    first = f"{reproduction.workers} processes start; the first time they compile"
+    say(console, f"{reproduction.runs} runs, {first}")
     with Progress(*columns, console=console) as bars:
-        task = bars.add_task(
-            "", total=reproduction.runs, last=f"{reproduction.workers} processes start; the first time they compile ..."
-        )
+        task = bars.add_task("", total=reproduction.runs, last=f"{first} ...")
 
         def told(case: Case) -> None:
             bars.update(task, advance=1, last=f"{case.reference} {case.actuator} {case.law}")

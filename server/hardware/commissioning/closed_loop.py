@@ -10,6 +10,7 @@ from controller.arrays import Rows
 from controller.errors import CommandRefused
 from controller.schema.modes import Law
 from controller.schema.parameters import Settings
+from controller.schema.slot import PAPER, TUNING
 from server.hardware.commissioning import planning
 from server.hardware.commissioning.messages import Number
 from server.hardware.commissioning.planning import Circle
@@ -34,9 +35,13 @@ RESIDUAL_SHARE = 0.5
 
 
 def reduced(before: Settings, rods: tuple[int, ...]) -> dict[str, object]:
-    """Settings of the first closed loop, where the operator's were `before`: the rods' sensors, half the gains."""
+    """Settings of the first closed loop, where the operator's were `before`: the rods' sensors, half the gains of the
+    paper's controller, which needs to know the least about the arm.
+    """
     return {
         "law": Law.FF_PI,
+        "controller": PAPER,
+        "tuning": (0.0,) * TUNING,
         "sensed": sum(1 << (rod - 1) for rod in rods),
         "K_P": (before.K_P[0] / 2, before.K_P[1] / 2),
         "K_I": (before.K_I[0] / 2, before.K_I[1] / 2),

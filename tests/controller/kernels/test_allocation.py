@@ -14,6 +14,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.runtime import _nrt_python, rtsys
 
 import controller.kernels
+from controller.assembly.controllers.slot import shown
 from controller.assembly.cosserat import build_cosserat
 from controller.assembly.plant import build_hardware, build_plant
 from controller.assembly.rig import build_rig
@@ -22,12 +23,15 @@ from controller.assembly.twin import build_twin
 from controller.kernels.compiled import OPTIONS
 from controller.kernels.control.along import invert_along, refine_each
 from controller.kernels.control.inverse import invert
+from controller.kernels.control.preview import preview
 from controller.kernels.control.retime import fastest_progress
+from controller.kernels.control.task_space_pi import letter, paper
 from controller.kernels.control.tick import tick
 from controller.kernels.model.equilibrium import lead_pose, make_scratch, out_of_balance, settle
 from controller.kernels.model.implicit import make_implicit_work, meet_hinges
 from controller.kernels.model.rod import make_load
 from controller.kernels.model.statics import at_rest, places, tip_angles_of, tips_of
+from controller.kernels.observer.foreseen import foresee_tip, move_torques
 from controller.kernels.observer.observer import Replay
 from controller.kernels.observer.replay import RecordedSamples, replay
 from controller.kernels.plant.cosserat import cosserat_step
@@ -97,6 +101,9 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "out_of_balance": (smap.statics.body, 0.0, 0.0, scratch),
         "lead_pose": (smap.statics.body, model.rest, (0.0, 0.0), (0.0, 0.0), scratch),
         "settle": (smap.statics.body, model.rest.copy(), np.zeros(10), np.zeros(10)),
+        **{law.__name__: shown() for law in (paper, letter, preview)},
+        "foresee_tip": (points, rig.observer, points.copy()),
+        "move_torques": (points, 0.1, smap, scratch, points.copy()),
         "tips_of": (smap.statics, points, scratch, points.copy()),
         "tip_angles_of": (smap.statics, points, scratch, np.zeros(1)),
     }
@@ -129,6 +136,7 @@ def test_the_examples_reach_every_kernel() -> None:
         fastest_progress,
         invert,
     }
+    known |= {paper, letter, preview, foresee_tip, move_torques}
     assert known | {lead_pose, out_of_balance, settle, tips_of, tip_angles_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
@@ -146,6 +154,10 @@ def test_the_examples_reach_every_kernel() -> None:
         "invert_along",
         "invert",
         "tip_angles_of",
+        "paper",
+        "preview",
+        "foresee_tip",
+        "move_torques",
     ],
 )
 def test_the_machine_code_of_no_kernel_calls_an_allocator(name: str) -> None:

@@ -182,15 +182,20 @@ def test_a_replay_request_or_a_reference_of_wrong_size_is_refused(rig: FakeRig, 
     points, torques = np.random.default_rng(1).random((2, 7, 2))
     assert reader.client.plan(PlannedRows(points)) == 7
     assert np.array_equal(rig.planned.points, points)
-    assert rig.planned[1:] == (None, None, 0, 7, False)
+    assert rig.planned[1:] == (None, None, 0, 7, None, None, False)
     kinds = np.arange(7) % 3
     assert reader.client.plan(PlannedRows(points, torques, kinds, 3, ENDLESS, steps=True)) == 7
     assert np.array_equal(rig.planned.points, points)
     assert rig.planned.torques == pytest.approx(torques, rel=1e-6)
     assert np.array_equal(rig.planned.kinds, kinds)
-    assert rig.planned[3:] == (3, ENDLESS, True)
+    assert rig.planned[3:] == (3, ENDLESS, None, None, True)
     assert reader.client.plan(PlannedRows(points, kinds=kinds)) == 7
     assert rig.planned.torques is None and np.array_equal(rig.planned.kinds, kinds)
+    rows = PlannedRows(points, torques, kinds, 3, ENDLESS, torques + 1.0, torques[3:] + 2.0)
+    assert reader.client.plan(rows) == 7
+    assert rig.planned.planned == pytest.approx(torques + 1.0, rel=1e-6)
+    assert rig.planned.planned_again == pytest.approx(torques[3:] + 2.0, rel=1e-6)
+    assert rig.planned.torques == pytest.approx(torques, rel=1e-6) and np.array_equal(rig.planned.kinds, kinds)
     with pytest.raises(ParameterError, match="56 bytes is not four int64 words and rows of 16 bytes"):
         reader.client.plan(PlannedRows(np.zeros(3)))
     with pytest.raises(ParameterError, match="could not answer"):

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from controller.arrays import Array
-from controller.errors import ParameterError
+from controller.assembly.controllers.registry import with_controller
 from controller.reference.drawn import Wish
 from controller.reference.library import reference
 from controller.research.experiments.plant_scale import scaled
-from controller.research.track import TrackTask, figures, require_controller, track
+from controller.research.track import TrackTask, figures, track
 from controller.schema.actuator import PRESETS
-from controller.schema.parameters import TwinParameters
+from controller.schema.parameters import REPEATING, TwinParameters
 from controller.simulation.case import Case, Setup, run_case
 from controller.simulation.metrics import UNITS, Window
 
@@ -108,7 +108,7 @@ def test_the_figures_have_the_reproduction_s_rows_and_facts_of_path_and_twin(lib
     twin = scaled(TwinParameters(), "k=1.1,delay=0.01")
     found = track(TrackTask(library_circle, P1, "ff", 2, setup=Setup(twin=twin)))
     told = json.loads(json.dumps(figures(found), allow_nan=False))
-    assert {row["metric"] for row in told["rows"]} == set(UNITS) - {"sse"}
+    assert {row["metric"] for row in told["rows"]} == set(UNITS) - {"sse", "step_spread", "reduction"}
     for row in told["rows"]:
         assert ROW <= set(row)
         assert (row["experiment"], row["actuator"], row["law"], row["paper"]) == ("spiral", "P1", "ff", None)
@@ -168,7 +168,10 @@ def test_a_run_that_the_rig_breaks_off_says_when_and_why_and_has_no_numbers(tmp_
     assert told["reference"]["off_path_seconds"] is None
 
 
-def test_there_is_one_controller_so_far() -> None:
-    require_controller("paper")
-    with pytest.raises(ParameterError, match="controller = 'mpc' is not one of paper"):
-        require_controller("mpc")
+def test_another_controller_follows_the_same_path_better(library_circle: Path) -> None:
+    found = {}
+    for name in ("paper", "preview"):
+        tracked = track(TrackTask(library_circle, P1, setup=Setup(gains=with_controller(REPEATING, name))))
+        found[name] = tracked.windows[Window.AFTER_APPROACH]["rmse"]
+        assert figures(tracked)["controller"] == name
+    assert found["preview"] < 0.45 * found["paper"]

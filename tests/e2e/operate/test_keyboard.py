@@ -38,7 +38,7 @@ def test_two_runs_and_their_comparison_need_no_pointer(context: BrowserContext, 
     keys.at("run")
 
     keys.press("4")
-    keys.go("K_P-x")
+    keys.go("tuning-K_P")
     keys.press("ArrowUp", "Enter")
     keys.go("law", back=True)
     keys.press("Shift+Tab", "ArrowLeft", "ArrowLeft")

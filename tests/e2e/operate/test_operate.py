@@ -140,6 +140,7 @@ def test_a_double_click_presses_nothing_that_takes_the_place_of_the_first(operat
 
 def test_a_number_counts_as_it_is_typed_with_whatever_zeros(operator: Page) -> None:
     operator.get_by_role("tab", name="Gains").click()
+    operator.get_by_test_id("controller").select_option("paper")
     for typed, value in (("0.10", 0.1), ("0,250", 0.25), ("1.0", 1.0)):
         operator.get_by_test_id("K_FF-x").click()
         operator.keyboard.press("Control+A")

@@ -8,15 +8,19 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from controller.schema.actuator import PRESETS, write_actuator
+from controller.schema.modes import Mode
 from controller.schema.parameters import RigParameters
 from server.hardware.first_mode.messages import Interval, KeptMode, MeasuredMode
 from server.hardware.first_mode.store import FirstModes, modes_file
+from tests.e2e.hand import arm, begin_circle
 from tests.e2e.product import Product, frame, shot, wait_until
 
 pytestmark = pytest.mark.keyed(
     "frontend/src", "server/hardware", "server/health", "server/operate", "tests/e2e/*.py", imports=False
 )
 
+TUNING = "fetch('/api/settings').then((answer) => answer.json()).then(({ tuning }) => tuning)"
+"""What the rig has."""
 DASH = "\u2013"
 """What stands for a missing value."""
 NOTE_WORDS = """() => {
@@ -77,8 +81,45 @@ def test_gains_are_saved_changed_and_loaded_again(page: Page) -> None:
     expect(field).to_have_value("150")
     page.get_by_test_id("gain-presets").click()
     page.get_by_test_id("gain-preset").first.click()
+    expect(page.get_by_test_id("K_FF-x")).to_have_count(0)  # which counts with the paper's controller alone
+    page.get_by_test_id("controller").select_option("paper")
     expect(page.get_by_test_id("K_FF-x")).not_to_have_value("0")
     page.get_by_test_id("gains-reset").click()
+    page.get_by_test_id("controller").select_option("preview")
+    expect(page.get_by_test_id("tuning-K_I")).to_be_visible()
+    page.get_by_test_id("lease-release").click()
+
+
+def test_preview_is_put_into_the_slot_tuned_and_runs_a_circle(page: Page) -> None:
+    arm(page)
+    page.get_by_role("tab", name="Gains").click()
+    expect(page.get_by_test_id("controller")).to_have_value("preview")
+    page.get_by_test_id("controller").select_option("paper")
+    expect(page.get_by_test_id("K_P-x")).to_be_visible()
+    page.get_by_test_id("controller").select_option("preview")
+    expect(page.get_by_test_id("tuning-K_I")).to_have_value("4")
+    expect(page.get_by_test_id("K_P-x")).to_have_count(0)
+    expect(page.get_by_test_id("K_o-x")).to_be_visible()
+    field = page.get_by_test_id("tuning-K_P")
+    field.fill("0.4")
+    field.press("Enter")
+    wait_until(lambda: page.evaluate(TUNING)[:2] == [0.4, 4.0])
+    shot(page, "controller")
+    begin_circle(page)
+    expect(page.get_by_test_id("controller")).to_have_count(0)
+    page.get_by_role("tab", name="Gains").click()
+    expect(page.get_by_test_id("controller")).to_be_disabled()
+    expect(page.get_by_test_id("state")).to_contain_text("HOLD")
+    page.get_by_role("tab", name="Run").click()
+    expect(page.get_by_test_id("run-result").first).to_contain_text("preview")
+    shot(page, "controller-result")
+    page.get_by_role("tab", name="Gains").click()
+    field.fill("0.3")
+    field.press("Enter")
+    wait_until(lambda: page.evaluate(TUNING)[:2] == [0.3, 4.0])
+    page.get_by_role("tab", name="Control").click()
+    page.get_by_test_id("disarm").click()
+    wait_until(lambda: frame(page)["mode"] == Mode.VENTED)
     page.get_by_test_id("lease-release").click()
 
 

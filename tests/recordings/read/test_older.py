@@ -18,8 +18,8 @@ from recordings.write import rrd
 from recordings.write.rrd import About, RrdFile
 from tests.recordings.synthetic import rig_info, telemetry_rows
 
-LATEST = "reseats"
-"""The signal that was added last."""
+LATEST, WITH_IT = "signals", 9
+"""The signal that was added last, and how many series came with it."""
 
 
 @pytest.fixture(params=["standard", "full"])
@@ -27,7 +27,7 @@ def older(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
     """Written without it, as the version before did."""
     profile: Profile = request.param
     assert rrd.GROUPS[-1].series[-1].field == LATEST, "what is new comes last"
-    fewer = replace(rrd.GROUPS[-1], series=rrd.GROUPS[-1].series[:-1])
+    fewer = replace(rrd.GROUPS[-1], series=rrd.GROUPS[-1].series[:-WITH_IT])
     monkeypatch.setattr(rrd, "GROUPS", (*rrd.GROUPS[:-1], fewer))
     path = tmp_path / "older.rrd"
     file = RrdFile(path, About("older", "older", rig_info(), Settings(), profile))

@@ -23,6 +23,7 @@ NEEDS = {
     ("POST", "/api/lease/take-over"): OPERATOR,
     ("POST", "/api/command"): ANYONE,  # E-STOP; the rest is below
     ("PATCH", "/api/settings"): LEASE,
+    ("PUT", "/api/controller"): LEASE,
     ("PUT", "/api/alarms"): ANYONE,
     ("DELETE", "/api/alarms"): ANYONE,
     ("POST", "/api/drawings/plan"): ANYONE,

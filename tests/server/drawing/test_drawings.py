@@ -25,6 +25,7 @@ from server.drawing.messages import DrawingBody
 from server.drawing.plan import csv_of, drawing_plan
 from server.drawing.planned import planned
 from server.drawing.store import Drawings
+from server.operate.settings import FIRST
 from server.runs.laps import SETTLE
 from server.runs.messages import PreviewBody
 from server.runs.preview import predicted
@@ -222,7 +223,9 @@ def test_a_page_plans_foresees_saves_and_deletes(server: TestServer) -> None:
 
     assert viewer.post("/api/drawings/plan", json=body).json()["reachable"]
     preview = viewer.post("/api/preview", json={"drawing": body}).json()
-    assert preview["rmse"] == pytest.approx(predicted(PreviewBody(drawing=drawing()), RIG, LIVE, REST).rmse)
+    assert preview["rmse"] == pytest.approx(
+        predicted(PreviewBody(drawing=drawing()), RIG, LIVE.model_copy(update=FIRST), REST).rmse
+    )
     assert viewer.post("/api/drawings/text", json={"text": "VU", "height": 0.02}).json()["points"][0] == [0.00095, 0.02]
 
     assert viewer.put("/api/drawings/star", json=body).status_code == 403

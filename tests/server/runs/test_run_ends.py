@@ -46,7 +46,7 @@ class Rig:
         self.again = self.let_go = 0
 
     def require_ready(self) -> Any:
-        return SimpleNamespace(boot=self.boot_id, parameters=RigParameters())
+        return SimpleNamespace(boot=self.boot_id, parameters=RigParameters(), controllers=())
 
     @property
     def info(self) -> Any:

@@ -20,16 +20,20 @@ import {
 import { LAW_TEXT } from "../../live/modes";
 import { rounded } from "../../ui/format";
 import { useService } from "../../ui/services";
+import { ControllerChoice } from "./ControllerChoice";
 import { FirstMode } from "./FirstMode";
 import { GainPresets } from "./GainPresets";
 
 const OPEN: Law = 0;
 const LAWS: readonly Law[] = [4, 3, 2, 1, 0];
+/** Of no effect where a controller has gains of its own. */
+const PAPER_GAINS = new Set<PairName>(["K_P", "K_I", "K_FF"]);
 const AXES = ["x", "y"] as const;
 
 /** Law, gains and limits as the rig has them; every change is sent at once. */
 export function GainsPanel() {
   const settings = usePage((page) => page.settings);
+  const own = usePage((page) => page.rig?.controllers[settings?.controller ?? 0]?.own_gains === true);
   const measuring = usePage((page) => page.firstMode?.state === "running");
   const operations = useService(Operations);
   if (!settings) return <p className="panel note">Waiting for the settings.</p>;
@@ -48,13 +52,14 @@ export function GainsPanel() {
         </ControlButton>
         <GainPresets />
       </div>
+      <ControllerChoice settings={settings} />
       {settings.law === OPEN && !measuring ? <OpenLoop settings={settings} /> : null}
       <div className="gains">
         <div className="gain-table">
           <span />
           <span className="gain-head">x</span>
           <span className="gain-head">y</span>
-          {PAIRS.map((shown) => (
+          {PAIRS.filter(({ name }) => !own || !PAPER_GAINS.has(name)).map((shown) => (
             <PairRow key={shown.name} shown={shown} value={settings[shown.name]} />
           ))}
         </div>

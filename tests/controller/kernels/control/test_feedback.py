@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from controller.kernels.control.feedback import FORGET_WAY, told_of_tip
+from controller.assembly.controllers.registry import index_of
+from controller.kernels.control.feedback import told_of_tip
 from controller.kernels.control.task_space import update_sensitivity
+from controller.kernels.control.task_space_pi import FORGET_WAY, U_INT
 from controller.reference.feasible.reach import static_tips
 from controller.reference.reference import Reference
 from controller.schema.actuator import PRESETS
@@ -37,10 +39,18 @@ def paper_torque(trial: Trial, law: Law, error: np.ndarray, integral: np.ndarray
     return np.asarray(np.linalg.solve(S.T @ S + 1e-8 * np.eye(2), S.T @ f))
 
 
+PAPER, LETTER = index_of("paper"), index_of("letter")
+
+
+def kept_torque(trial: Trial) -> np.ndarray:
+    """The integral's torque (2,) [N m]."""
+    return trial.rig.control.slot.memory[U_INT : U_INT + 2].copy()
+
+
 @pytest.mark.parametrize("law", [Law.FF_P, Law.FF_I, Law.FF_PI])
 def test_the_feedback_is_the_paper_s_law(law: Law) -> None:
     gains = {"K_P": (0.3, 0.2), "K_I": (0.5, 0.6), "K_FF": (0.05, 0.04)}
-    trial = Trial(law=law, **gains)
+    trial = Trial(law=law, controller=LETTER, **gains)
     trial.arm()
     trial.follow(0.10, 0.14, 3.0)
     trial.rig.control.controller["weak_ratio_live"] = 0.0  # begun with it, it saturates on noise
@@ -48,8 +58,8 @@ def test_the_feedback_is_the_paper_s_law(law: Law) -> None:
     p_ref = trial.rig.control.state[0]["p_ref"].copy()
     way = np.sin(np.pi * np.arange(5000) / 1000)[:, None]
     plan(trial.rig.control, Reference("about", p_ref + way * [-0.02, -0.01], 0))
-    before, now = trial.ask(Request.TRACK, ticks=4200)[-2:]  # the bump of the switch has faded
-    expected = paper_torque(trial, law, now["error"], before["integral"], now["p_ref_dot"])
+    now = trial.ask(Request.TRACK, ticks=4200)[-1]  # the bump of the switch has faded
+    expected = paper_torque(trial, law, now["error"], now["integral"], now["p_ref_dot"])
     assert np.abs(now["p_ref_dot"]).max() > 0.01
     assert now["u_fb"] == pytest.approx(expected, abs=1e-8)
     assert now["u"] == pytest.approx(now["u_ff"] + now["u_fb"], abs=1e-15)
@@ -61,15 +71,17 @@ def test_where_the_tip_is_led_the_torque_of_the_integral_is_kept_and_no_switch_m
     trial.arm()
     trial.follow(0.10, 0.14, 3.0)
     state, settings = trial.rig.control.state[0], trial.settings
-    kept = state["u_int"].copy()
+    kept = kept_torque(trial)
     assert np.abs(kept).max() > 1e-3
     trial.switch(K_I=(1e-9, 1e-9))  # collects nothing more
     rows = trial.follow(0.15, 0.15, 2.0)
-    assert state["u_int"] == pytest.approx(kept, abs=1e-8)
+    assert kept_torque(trial) == pytest.approx(kept, abs=1e-6)
     assert rows["u_fb"][-1] == pytest.approx(kept, abs=1e-6)
     trial.switch(K_I=settings.K_I)
     before = trial.ask(Request.HOLD, ticks=100)[-1]
-    assert np.reshape(state["S"], (2, 2)) @ state["u_int"] == pytest.approx(settings.K_I * before["integral"], abs=1e-4)
+    assert np.reshape(state["S"], (2, 2)) @ kept_torque(trial) == pytest.approx(
+        settings.K_I * before["integral"], abs=1e-4
+    )
     plan(trial.rig.control, Reference("here", np.tile(before["p_ref"], (500, 1)), 0))
     rows = np.concatenate([before[None], trial.ask(Request.TRACK, ticks=300), trial.ask(Request.HOLD, ticks=100)])
     assert np.abs(np.diff(rows["u"], axis=0)).max() < 0.2e-3
@@ -83,11 +95,15 @@ def test_p_and_i_have_the_share_that_the_outermost_marker_tells_of_the_tip_where
     assert [told_of_tip(used, paper) for used in (0, 1, 1 << 9)] == [1.0, 1.0, 1.0]
 
 
-@pytest.mark.parametrize("mode", [Mode.HOLD, Mode.TRACK])
-def test_a_marker_near_the_base_corrects_a_led_tip_slowly_and_a_planned_one_in_full(mode: Mode) -> None:
+@pytest.mark.parametrize(("mode", "controller"), [(Mode.HOLD, PAPER), (Mode.TRACK, PAPER), (Mode.TRACK, LETTER)])
+def test_a_marker_near_the_base_corrects_slowly_but_by_the_letter_a_planned_tip_in_full(
+    mode: Mode, controller: int
+) -> None:
     torques = []
     for full in (0.6, 0.0):
-        trial = Trial(parameters=controller_with(full_gains_from=full), sensed=1 << 2, law=Law.FF)
+        trial = Trial(
+            parameters=controller_with(full_gains_from=full), sensed=1 << 2, law=Law.FF, controller=controller
+        )
         trial.arm()
         trial.follow(0.10, 0.14, 3.0)
         trial.ask(Request.HOLD, ticks=100)
@@ -97,8 +113,8 @@ def test_a_marker_near_the_base_corrects_a_led_tip_slowly_and_a_planned_one_in_f
             trial.ask(Request.TRACK, ticks=10)
         trial.switch(law=Law.FF_I)
         trial.run(3)
-        torques.append(state["u_int"].copy())
-    told = 0.25 if mode == Mode.HOLD else 1.0
+        torques.append(kept_torque(trial))
+    told = 1.0 if controller == LETTER else 0.25
     assert torques[0] == pytest.approx(told * torques[1], rel=1e-3) and np.abs(torques[1]).max() > 1e-6
 
 
@@ -262,6 +278,6 @@ def test_what_was_no_number_before_an_arming_is_none_after_it() -> None:
     trial = Trial()
     trial.run(100)
     state = trial.rig.control.state[0]
-    state["S"] = state["error_low"] = math.nan
+    state["S"] = trial.rig.control.slot.memory[:] = math.nan
     rows = np.concatenate([trial.ask(Request.ARM, ticks=100), trial.follow(0.2, 0.1, 1.0)])
     assert (rows["mode"][-1000:] == Mode.FOLLOW).all() and np.isfinite(rows["u"]).all()

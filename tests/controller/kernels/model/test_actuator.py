@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from controller.assembly.plant import build_plant
+from controller.assembly.plant_parts import chamber_gains
 from controller.assembly.rig import build_rig
 from controller.assembly.rod import build_rod
 from controller.assembly.stability import natural_modes
@@ -19,7 +21,7 @@ from controller.research.bench.mujoco_chain import MujocoChain
 from controller.schema.actuator import PRESETS, Actuator, read_actuator, write_actuator
 from controller.schema.messages import Command
 from controller.schema.modes import Request
-from controller.schema.parameters import ControllerParameters, RigParameters
+from controller.schema.parameters import ControllerParameters, PlantKind, RigParameters, TwinParameters
 from controller.simulation.simulate import simulate
 from tests.controller.chains import advance, posed
 from tests.controller.statically import static_angles
@@ -204,3 +206,17 @@ def test_each_pair_or_chamber_has_its_own_pressure_map(given: tuple[float, ...],
     assert rig.control.pascal_per_torque.tolist() == list(slopes)
     gain = twin.chambers.torque_per_pascal * rig.control.pascal_per_torque
     assert gain == pytest.approx(parameters.twin.kappa * np.repeat(parameters.twin.torque_gain, 2))
+
+
+@pytest.mark.parametrize("plant", ["rod", "cosserat"])
+def test_an_imbalance_gives_both_chambers_of_its_pair_another_gain_and_no_other_one(plant: PlantKind) -> None:
+    own: dict[str, Any] = {"torque_gain": (1.1, 0.9), "chamber_imbalance": (0.0, 0.2)}
+    given = {"cosserat": own} if plant == "cosserat" else own
+    parameters = RigParameters(twin=TwinParameters.model_validate({"plant": plant, **given}))
+    gain = build_plant(parameters).chambers.torque_per_pascal * parameters.actuator.chamber_slopes
+    assert gain / parameters.twin.kappa == pytest.approx([1.1, 1.1, 0.9 * 1.2, 0.9 * 0.8])
+
+
+def test_an_imbalance_of_0_changes_no_bit() -> None:
+    gain = 1.136, 1.024
+    assert chamber_gains(gain, (0.0, 0.0)).tobytes() == np.repeat(gain, 2).tobytes()

@@ -92,6 +92,18 @@ def test_torque_gain_is_the_mismatch_of_the_bend() -> None:
     assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.parametrize(("chamber", "gain"), [(0, 1.2), (1, 0.8), (2, 1.0), (3, 1.0)])
+def test_an_imbalance_bends_each_way_by_another_gain(chamber: int, gain: float) -> None:
+    pressures = np.zeros(4)
+    pressures[chamber] = 60e3
+    twin = twin_of(rods=10, **IDEAL | {"chamber_imbalance": (0.2, 0.0)})
+    telemetry, _ = run(twin, held(tuple(pressures), 8.0))
+    u = np.zeros(2)
+    u[chamber // 2] = (-1) ** chamber * gain * 60e3 / PRESETS["P1"].pressure_map[0]
+    expected = static_tip(static(build_rod(PRESETS["P1"], 10)), *u)
+    assert telemetry["twin_backbone"][-1, -1] == pytest.approx(expected, abs=1e-6)
+
+
 @pytest.mark.parametrize("actuator", ["P1", "P3"])
 def test_the_set_bends_each_half_at_rest_by_its_curvature_times_its_length(actuator: str) -> None:
     base, tip = 0.6, -0.2

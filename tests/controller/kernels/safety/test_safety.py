@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from controller.kernels.control.task_space_pi import U_INT
 from controller.schema.modes import Cause, Law, Mode, Request, RowKind
 from tests.controller.desk import Desk
 from tests.controller.trial import SOFT, Trial, twin_with
@@ -176,10 +177,10 @@ def test_without_markers_feedback_goes_off_and_then_the_rig_faults_and_rests() -
     desk.step(200)
     desk.camera = False
     desk.step(60)
-    held = desk.rig.control.state["u_int"][0].copy()
+    held = desk.rig.control.slot.memory[U_INT : U_INT + 2].copy()
     row = desk.step(100)
     assert (desk.mode, row["sensed"]) == (F, 0)
-    assert np.abs(held).max() > 0.0 and desk.rig.control.state["u_int"][0] == pytest.approx(held)
+    assert np.abs(held).max() > 0.0 and desk.rig.control.slot.memory[U_INT : U_INT + 2] == pytest.approx(held)
     assert np.isnan(row["p_meas"]).all()
     desk.step(400)
     assert (desk.mode, desk.cause) == (X, Cause.MEASUREMENT_LOST)

@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 
+from controller.assembly.controllers.registry import index_of
 from controller.schema.messages import TwinFaults
 from controller.schema.modes import Mode, Request
 from controller.schema.parameters import SafetyLimits
@@ -15,16 +16,18 @@ from tests.controller.whips import FREE, NAMED, RUNS, Gains, broken, judged, ons
 
 pytestmark = pytest.mark.keyed()
 
+LETTER = (("controller", index_of("letter")),)
+"""The paper's own integral: with a kept one these two are stopped after 1.6 s."""
 EVERYWHERE = (Gains("P1", 0.3, 20.0), Gains("P2", 5.0, 2.0), Gains("P1", 1.0, 15.0))
 HARD = [
     *((mode, gains) for mode in RUNS for gains in EVERYWHERE),
     ("HOLD", Gains("P3", 5.0, 0.0, seed=1)),
     ("FOLLOW", Gains("P3", 0.3, 20.0)),
-    ("TRACK", Gains("P3", 0.3, 20.0)),
+    ("TRACK", Gains("P3", 0.3, 20.0, others=LETTER)),
     # by little more than the reference moves
     ("FOLLOW", Gains("P1", 0.3, 14.0)),
     ("FOLLOW", Gains("P2", 4.0, 2.0, seed=2)),
-    ("TRACK", Gains("P3", 0.3, 20.0, seed=10, others=(("K_o", (500.0, 500.0)),))),
+    ("TRACK", Gains("P3", 0.3, 20.0, seed=10, others=(("K_o", (500.0, 500.0)), *LETTER))),
 ]
 
 
