@@ -32,6 +32,8 @@ class Reference:
     """(n,) of bool: rows that only lead to another pose of the arm, and are not judged; None: no row after `start`."""
     known: bool = False
     """Whether the arm is known to follow it, as it is for the library's own."""
+    asked: Array | None = None
+    """(n, 2) [m] what the torques are planned for, where that is learned (`learning.py`) and not `p` itself."""
     axis_frequencies: tuple[float, float] | None = None
     """[Hz] at which x and y swing, where that is not `frequency` for both, as in a Lissajous figure."""
 

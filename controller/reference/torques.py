@@ -10,6 +10,7 @@ cutoff falls: where S, or the mode, is not what it was taken for, quick correcti
 Bristow, Tharayil, Alleyne, "A survey of iterative learning control", IEEE Control Systems Magazine 26 (2006).
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -108,20 +109,31 @@ def _planned(
 
 def led_back(x: Array, late: Late, cutoff: float) -> Array:
     """What has to be asked for x (n,2) to come out: L of the module, for x that stands still before and after."""
-    pad = round(PAD_S / late.dt)
+
+    def inverse(f: Array) -> Array:
+        s = 2j * np.pi * f
+        mode = 1.0 + 2.0 * late.zeta * s / late.omega + (s / late.omega) ** 2
+        return np.asarray(mode * (1.0 + late.tau * s) * np.exp(s * late.dead_time) * slow(f, cutoff))
+
+    return filtered(x, late.dt, inverse)
+
+
+def slow(f: Array, cutoff: float) -> Array:
+    """Q of the module at the frequencies f [Hz]: what is slower than the cutoff [Hz], of which half is let through."""
+    return np.asarray(1.0 / (1.0 + (f / cutoff) ** ORDER))
+
+
+def filtered(x: Array, dt: float, response: Callable[[Array], Array]) -> Array:
+    """x (n,2), rows dt [s] apart, by its response at each frequency [Hz]; it stands still before and after.
+
+    Forward and backward in time alike, where the response is real.
+    """
+    pad = round(PAD_S / dt)
     size = scipy.fft.next_fast_len(len(x) + 2 * pad, real=True)
     whole = np.pad(x, ((pad, size - len(x) - pad), (0, 0)), mode="edge")
     line = whole[0] + np.linspace(0.0, 1.0, size)[:, None] * (whole[-1] - whole[0])
-    f = scipy.fft.rfftfreq(size, late.dt)
-    s = 2j * np.pi * f
-    Q = 1.0 / (1.0 + (f / cutoff) ** ORDER)
-    L = (
-        (1.0 + 2.0 * late.zeta * s / late.omega + (s / late.omega) ** 2)
-        * (1.0 + late.tau * s)
-        * np.exp(s * late.dead_time)
-    )
-    found = scipy.fft.irfft(scipy.fft.rfft(whole - line, axis=0) * (L * Q)[:, None], size, axis=0)
-    return np.asarray((found + line)[pad : pad + len(x)])
+    spectrum = scipy.fft.rfft(whole - line, axis=0) * response(scipy.fft.rfftfreq(size, dt))[:, None]
+    return np.asarray((scipy.fft.irfft(spectrum, size, axis=0) + line)[pad : pad + len(x)])
 
 
 def late_of(actuator: Actuator, controller: ControllerParameters) -> Late:

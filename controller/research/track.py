@@ -1,5 +1,6 @@
 """Any path on the twin: read, planned, run through the real tick in TRACK, measured like the paper's experiments."""
 
+import math
 import time
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -23,6 +24,7 @@ from controller.schema.fit import GAIN_NAMES
 from controller.schema.parameters import DT, RigParameters, Settings, usual_twin
 from controller.simulation.case import Case, Setup, controller_of, settings_of
 from controller.simulation.metrics import UNITS, Window, measure
+from controller.simulation.repeats import learn
 from controller.simulation.run import for_reference, run, seeded
 from controller.system.progress import ProgressCallback, no_progress
 
@@ -45,6 +47,8 @@ class TrackTask:
     """The plant with its changes; its controller's period is the reference's."""
     body: Actuator | None = None
     """What is simulated, where it is another body than the model's `actuator`."""
+    learn: int = 0
+    """Repeats from which it is learned before it is measured."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,8 @@ class Tracked:
     """Why the rig broke the run off."""
     notes: tuple[str, ...] = ()
     """What the file does not say, as `Samples` has it."""
+    learned: tuple[float, ...] = ()
+    """RMSE after the approach of each repeat from which it was learned [m]; nan for one that was broken off."""
 
 
 def track(task: TrackTask, told: ProgressCallback = no_progress) -> Tracked:
@@ -125,7 +131,10 @@ def track(task: TrackTask, told: ProgressCallback = no_progress) -> Tracked:
     reference, path = drawn(samples, task.actuator, task.wish)
     case = Case(reference.name, task.actuator.name, task.law, task.seed)
     settings = for_reference(settings_of(case, setup.gains), reference)
-    rows, windows, failed = None, {}, ""
+    rows, windows, failed, learned = None, {}, "", ()
+    if task.learn:
+        found = learn(parameters, reference, settings, range(task.seed + 1, task.seed + 1 + task.learn), told)
+        reference, learned = found.reference, found.rmse
     try:
         rows = run(parameters, reference, settings, task.seed, told)
         windows = {window: measure(rows, reference, window) for window in Window}
@@ -145,6 +154,7 @@ def track(task: TrackTask, told: ProgressCallback = no_progress) -> Tracked:
         rows=rows,
         failed=failed,
         notes=samples.notes,
+        learned=learned,
     )
 
 
@@ -209,4 +219,6 @@ def figures(tracked: Tracked) -> dict[str, Any]:
         "controller": controllers()[tracked.settings.controller].name,
         "gains": {name: getattr(tracked.task.setup.gains, name) for name in GAIN_NAMES},
     }
+    if tracked.learned:
+        found["learned"] = [1e3 * one if math.isfinite(one) else None for one in tracked.learned]
     return found | ({"failed": tracked.failed} if tracked.failed else {})

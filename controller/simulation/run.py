@@ -108,7 +108,8 @@ def torques_for(parameters: RigParameters, reference: Reference, settings: Setti
     """Torques (n,2) [N m] that move the model along the reference, if the controller of `settings` follows such."""
     if not controllers()[settings.controller].plans:
         return None
-    return planned_torques(parameters.actuator, parameters.controller, reference.p, reference.u)
+    asked = reference.p if reference.asked is None else reference.asked
+    return planned_torques(parameters.actuator, parameters.controller, asked, reference.u)
 
 
 def request(simulation: Simulation, wanted: Request) -> None:

@@ -249,7 +249,8 @@ def track(
         float | None, typer.Option(help="When the shape begins [s after the first row]; found without it.")
     ] = None,
     project: Annotated[bool, typer.Option(help="Follow the nearest points where the path is out of reach.")] = False,
-    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, help="Of the twin's noise.")] = 0,
+    learn: Annotated[int, typer.Option(min=0, max=100, help="Repeats from which it is learned before the run.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 101, help="Of the twin's noise; a repeat has the next.")] = 0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")] = None,
     out_file: Annotated[
         Path | None, typer.Option("--out", help="Write every tick to this file: .csv, .parquet or .rrd.")
@@ -277,7 +278,7 @@ def track(
     observing = controller_of(model, observer_kappa)
     simulated = usual_twin(body or model, twin_numbers(twin, plant=plant))
     setup = Setup(scaled(simulated, plant_scale, body or model), observing, gains)
-    task = TrackTask(reference, model, law, seed, wish, setup, body)
+    task = TrackTask(reference, model, law, seed, wish, setup, body, learn)
     run_track(task, Wanted(json_file, out_file, plot, comments), out)
 
 

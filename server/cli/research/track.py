@@ -3,6 +3,7 @@
 Beside the figures it writes every number of the run, and a drawing of it for a paper.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,6 +81,8 @@ def show(tracked: Tracked, console: Console) -> None:
     task = tracked.task
     for line in (*tracked.notes, *described(tracked.reference)):
         console.print(line, markup=False, soft_wrap=True, highlight=False)
+    if tracked.learned:
+        console.print(f"Learned: RMSE {', '.join(map(learned_text, tracked.learned))} mm", highlight=False)
     if tracked.failed:
         return
     windows = tuple(map(str, tracked.windows))
@@ -89,6 +92,11 @@ def show(tracked: Tracked, console: Console) -> None:
         if any(value is not None for value in values):
             table.add_row(metric, *map(number, values), UNITS[metric][0])
     console.print(table, highlight=False)
+
+
+def learned_text(rmse: float) -> str:
+    """Of one repeat, rmse in m."""
+    return "stop" if math.isnan(rmse) else number(1e3 * rmse)
 
 
 def course(facts: Facts) -> str:
