@@ -64,6 +64,7 @@ from server.recorder.review import Review
 from server.rig.client import Rig
 from server.rig.history import History, Largest
 from server.rig.planner import Planner
+from server.runs.learning.plans import Plans
 from server.runs.macros.acts import Acts
 from server.runs.macros.macros import Macros
 from server.runs.macros.store import MacroStore
@@ -195,10 +196,12 @@ class Services:
         context = Context(rig, self.history, operator, self.kept, events, self.steps)
         self.procedures = Procedures(context, self.scheduler)
         tracker = Tracker(rig, operator)
-        self.runs = Runs(self.procedures, tracker, self.planner, self.automatic, self.results)
+        lessons = state / f"learned-{self.settings.rig}"
+        self.plans = Plans(self.planner, lessons, events)
+        self.runs = Runs(self.procedures, tracker, self.plans, self.automatic, self.results)
         self.history.listen(self.runs.inbox.put)
         self.modes = FirstModes(modes_file(state, self.settings.rig))
-        self.previews = Previews(self.planner, self.modes.twin_of)
+        self.previews = Previews(self.planner, self.modes.twin_of, lessons)
         self.drawings = Drawings(state / "drawings")
         gains = GainPresets(state / "gains.json")
         acts = Acts(self.runs, self.by_hand, self.drawings, gains.changes)

@@ -12,6 +12,7 @@ from controller.reference.reference import row_kinds
 from controller.schema.messages import RigInfo
 from controller.schema.modes import RowKind
 from controller.schema.parameters import RigParameters, Settings
+from server.runs.messages import Learned, Learning
 
 
 class Allowed(NamedTuple):
@@ -98,6 +99,8 @@ class Leg:
     """Torques (n, 2) [N m] that move the model along the rows, where the controller follows such."""
     planned_again: Array | None = None
     """The same (n - again, 2) of every lap but the first."""
+    learned: Learned | None = None
+    """What those are learned from."""
 
     @property
     def kinds(self) -> np.ndarray:
@@ -123,6 +126,16 @@ class Leg:
         """Where the reference is at the ticks `index` (k,) counted from the leg's first: (k, 2) [m]."""
         found: Array = self.p[self.row(index)]
         return found
+
+
+class Order(NamedTuple):
+    """What all legs of a run share."""
+
+    lap: Lap
+    laps: int | None
+    rig: RigParameters
+    settings: Settings
+    learning: Learning
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field as Bounds
 
+from controller.errors import spelled
 from controller.schema.layout import Model
 from server.drawing.messages import Wanted
 
 Laps = Annotated[int, Bounds(ge=1, le=1000)]
 Phase = Literal["approach", "running", "paused", "done", "stopped", "broken off"]
 """The last three are ends: of itself, by an operator, by the rig."""
+
+
+Learning = Literal["off", "frozen", "on", "anew"]
+"""Follow as planned, or as the best repeat was; repeat and learn from it; the same, and forget what was learned."""
 
 
 class RunBody(Wanted):
@@ -20,12 +25,32 @@ class RunBody(Wanted):
     """Null: until stopped."""
     record: bool = True
     """The run gets a recording of its own, from before its approach to its end, unless one is going on."""
+    learning: Learning = "frozen"
+    """What is done with what was learned of this path; learning needs a controller that follows a plan."""
+
+
+class LearnBody(Wanted):
+    """Body of POST /api/run/learn: what to repeat, so that it is learned."""
+
+    laps: Annotated[int, Bounds(ge=1, le=1000)] = 1
+    record: bool = True
+    repeats: Annotated[int, Bounds(ge=1, le=50)] = 8
+    anew: bool = False
+    """Forget first what was learned of it."""
+
+    def runs(self) -> list[RunBody]:
+        """Them."""
+        body = RunBody(**self.model_dump(exclude={"repeats", "anew"}), learning="on")
+        first = body.model_copy(update={"learning": "anew"}) if self.anew else body
+        return [first, *[body] * (self.repeats - 1)]
 
 
 class PreviewBody(Wanted):
     """Body of POST /api/preview: what to foresee, and how often it is followed."""
 
     laps: Annotated[int, Bounds(ge=1, le=100)] = 1
+    learning: Literal["off", "frozen"] = "frozen"
+    """Foresee as planned, or as the best repeat was."""
 
 
 class Preview(Model):
@@ -105,6 +130,20 @@ class RunState(Model):
     """The recording that was going on when the run began."""
 
 
+LessonKey = Annotated[str, spelled(r"^[0-9a-f]{24}$", "24 digits and letters from a to f")]
+"""Of a path, an arm, a controller and its gains."""
+
+
+class Learned(Model):
+    """What was learned of a path by repeating it."""
+
+    key: LessonKey
+    learning: bool
+    """The run was a repeat from which it was learned; else it followed as the best one did."""
+    errors: tuple[float | None, ...]
+    """RMSE of every repeat so far [m], the run's own the last where it is one; null for one that was broken off."""
+
+
 class Figures(Model):
     """What a run's ticks come to; null where there was nothing to measure."""
 
@@ -142,6 +181,8 @@ class RunResult(Figures):
     """Velocity feedforward in x and y that it began with [s]: the settings', or the reference's own."""
     controller: str = ""
     """That was in the slot; "" of a run before there was one."""
+    learned: Learned | None = None
+    """Null: it was followed as planned."""
     errors: tuple[float | None, ...] = ()
     """Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen."""
     recording: str | None

@@ -120,6 +120,8 @@ TRANSITIONS: dict[Phase, dict[Event, Phase]] = {
 }
 """Phase after an event; what is missing is refused where a person asked for it, and changes nothing else."""
 
+ASKED = (_P.STARTING, _P.RESUMING)
+"""The rig was asked to track, and no row has shown it yet."""
 HALTING = (_P.PAUSING, _P.STOPPING, _P.BREAKING)
 """The rig was asked to hold."""
 MOVING = (_P.STARTING, _P.RESUMING, _P.APPROACH, _P.RUNNING, *HALTING)
@@ -223,6 +225,23 @@ class Machine:
     def late(self) -> bool:
         """Whether the phase has lasted longer than it may."""
         return self.clock() - self.since > DEADLINES.get(self.phase, float("inf"))
+
+
+def where(machine: Machine) -> str:
+    """The phase in words, and why."""
+    return ": ".join(filter(None, [f"the run is {machine.phase.value}", machine.reason]))
+
+
+def too_long(machine: Machine) -> str:
+    """What has lasted longer than it may."""
+    seconds = DEADLINES[machine.phase]
+    if machine.phase in HALTING:
+        return f"the rig did not hold within {seconds:g} s"
+    if machine.phase in ASKED:
+        return f"the rig did not answer within {seconds:g} s"
+    if machine.phase == Phase.RETURNING:
+        return machine.reason
+    return f"it was {machine.phase.value} for {seconds:g} s"
 
 
 def markdown() -> str:

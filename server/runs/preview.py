@@ -2,6 +2,7 @@
 
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 from numpy.lib.recfunctions import repack_fields
@@ -24,10 +25,12 @@ from controller.simulation.simulate import Simulation
 from server.drawing.messages import DURATION_MIN, DrawingBody, Duration
 from server.drawing.picture import Indices, evenly, points, times
 from server.drawing.planned import wanted
-from server.runs.ahead import with_plan
-from server.runs.lap import velocity_gain
+from server.runs.ahead import with_learned
+from server.runs.lap import Order, velocity_gain
 from server.runs.laps import allowed_by, first_leg, lap_of
+from server.runs.learning.lessons import Lessons
 from server.runs.messages import Preview, PreviewBody, PreviewPart
+from server.runs.planning import NOTHING
 from server.runs.tally import Tally
 
 _NAMES = ["slot", "mode", "cause", "request_cause", "saturated", "p_ref", "p_meas", "twin_backbone"]
@@ -43,12 +46,13 @@ MEASURES = ("rmse", "max_error", "lag_deg_x", "lag_deg_y")
 """What there is only of a run to the end."""
 
 
-def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> Preview:
+def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Array, lessons: Path = NOTHING) -> Preview:
     """The run that `body` would be from the torques u (2,) [N m] on, at which the rig stands.
 
-    Raises ParameterError and UnknownReference for what cannot be run at all.
+    `lessons` is the folder of what was learned of paths. Raises ParameterError and UnknownReference for what cannot be
+    run at all.
     """
-    preview = PreviewInParts(body, rig, settings, u)
+    preview = PreviewInParts(body, rig, settings, u, lessons)
     preview.go_on()
     return preview.result()
 
@@ -56,12 +60,16 @@ def predicted(body: PreviewBody, rig: RigParameters, settings: Settings, u: Arra
 class PreviewInParts:
     """A run on the twin as far as it has been foreseen; arguments and errors as `predicted`."""
 
-    def __init__(self, body: PreviewBody, rig: RigParameters, settings: Settings, u: Array) -> None:
+    def __init__(
+        self, body: PreviewBody, rig: RigParameters, settings: Settings, u: Array, lessons: Path = NOTHING
+    ) -> None:
         begin = time.perf_counter()
         smap = static_map(rig.actuator, rig.controller)
         allowed = allowed_by(rig, settings, drawn=body.drawing is not None)
         self._lap, self._dt = lap_of(wanted(body, rig, settings), rig, body.laps, allowed), rig.controller.dt
-        self._leg = leg = with_plan(first_leg(smap, self._lap, body.laps, u), rig, settings)
+        way = first_leg(smap, self._lap, body.laps, u)
+        order = Order(self._lap, body.laps, rig, settings, body.learning)
+        self._leg = leg = with_learned(way, order, Lessons(lessons))
         own_gains = controllers()[settings.controller].own_gains
         self._K_FF = velocity_gain(self._lap.kind, rig, settings, own_gains)
         before = way_to(smap, u, self._dt)

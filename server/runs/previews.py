@@ -4,6 +4,7 @@ import asyncio
 import uuid
 from collections.abc import AsyncGenerator, Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Annotated
 
 from controller.arrays import Array
@@ -22,25 +23,30 @@ IDLE = 10.0
 class Previews:
     """One preview at a time: each keeps a core busy. Of those that are told in parts as many as the planner keeps."""
 
-    def __init__(self, planner: Planner, twin_of: Callable[[RigInfo], RigParameters]) -> None:
-        """`twin_of` says what stands for a rig in what is foreseen."""
-        self._planner, self._twin_of, self._turn = planner, twin_of, asyncio.Lock()
+    def __init__(
+        self, planner: Planner, twin_of: Callable[[RigInfo], RigParameters], lessons: Path = planning.NOTHING
+    ) -> None:
+        """`twin_of` says what stands for a rig in what is foreseen, `lessons` is where what was learned is kept."""
+        self._planner, self._twin_of, self._turn, self._lessons = planner, twin_of, asyncio.Lock(), lessons
         self._places = asyncio.Semaphore(planning.KEPT)
 
     async def of(self, body: PreviewBody, rig: RigInfo, settings: Settings, u: Array) -> Preview:
         """As `planning.preview` foresees it."""
         async with self._turn:
-            return await self._planner.do(planning.preview, body, self._twin_of(rig), settings, u)
+            return await self._planner.do(planning.preview, self._asked(body, rig, settings, u))
+
+    def _asked(self, body: PreviewBody, rig: RigInfo, settings: Settings, u: Array) -> planning.Asked:
+        return planning.Asked(body, self._twin_of(rig), settings, u, self._lessons)
 
     async def parts(
         self, body: PreviewBody, rig: RigInfo, settings: Settings, u: Array
     ) -> AsyncGenerator[PreviewPart, None]:
         """The same piece by piece, for who wants to see it come. Errors before the first piece as above."""
-        key, foreseen, place = uuid.uuid4().hex, (body, self._twin_of(rig), settings, u), _Place(self._places)
+        key, asked, place = uuid.uuid4().hex, self._asked(body, rig, settings, u), _Place(self._places)
         try:
             await place.take()
             async with self._turn:
-                part = await self._planner.do(planning.begin_preview, key, *foreseen)
+                part = await self._planner.do(planning.begin_preview, key, asked)
             place.lend()
             yield part
             while part.preview is None:
@@ -48,7 +54,7 @@ class Previews:
                 async with self._turn:
                     more = await self._planner.do(planning.go_on_with_preview, key)
                     if more is None:  # another planner, as the one that began it was killed; or it made room
-                        more = await self._planner.do(planning.begin_preview, key, *foreseen)
+                        more = await self._planner.do(planning.begin_preview, key, asked)
                 part = more
                 place.lend()
                 yield part

@@ -10,9 +10,11 @@ from controller.errors import TendrilError
 from server.access.permit import Permitted
 from server.http import answers
 from server.http.answers import JSON_LINES, json_line
+from server.http.errors import NotFound
 from server.operate.operator import GivenOperator
 from server.rig.client import GivenRig
-from server.runs.messages import Preview, PreviewBody, PreviewPart, RunBody, RunResult, RunState
+from server.runs.learning.plans import GivenPlans
+from server.runs.messages import LessonKey, Preview, PreviewBody, PreviewPart, RunBody, RunResult, RunState
 from server.runs.previews import GivenPreviews
 from server.runs.runs import GivenRuns
 from server.runs.tracker import standing
@@ -66,6 +68,13 @@ async def run_again(runs: GivenRuns, operator: GivenOperator, permit: Permitted)
     """Follow what was followed last, as often; 409 as for `/api/run`, and when nothing was since the server started."""
     operator.present(permit)
     return await runs.again(permit)
+
+
+@router.delete("/api/learned/{key}", tags=["runs"])
+async def forget_path(key: LessonKey, plans: GivenPlans, _: Permitted) -> None:
+    """Forget what was learned of a path; the next run of it is as planned. 404 where nothing was."""
+    if not await plans.forget(key):
+        raise NotFound("nothing is known of this path")
 
 
 @router.post("/api/run/pause", tags=["runs"])

@@ -9,8 +9,9 @@ import numpy as np
 from controller.arrays import Array, Rows
 from controller.schema.modes import Cause, Mode
 from server.log.events import words
-from server.runs.lap import Lap, Leg, Place
-from server.runs.messages import RunResult, RunState
+from server.runs.lap import Lap, Leg, Order, Place
+from server.runs.learning.seen import Repeat, Seen
+from server.runs.messages import Learned, RunResult, RunState
 from server.runs.phases import Event, Machine, Phase
 from server.runs.tally import Tally
 
@@ -23,15 +24,27 @@ class About:
     """What is known of a run when it begins."""
 
     id: int
-    lap: Lap
-    laps: int | None
+    order: Order
     time: datetime
-    dt: float
-    """Period of the rows [s]."""
     K_FF: tuple[float, float] = (0.0, 0.0)
     """Velocity feedforward that it begins with [s]."""
     controller: str = ""
     """In the slot."""
+
+    @property
+    def lap(self) -> Lap:
+        """What is followed."""
+        return self.order.lap
+
+    @property
+    def laps(self) -> int | None:
+        """How often; None: until stopped."""
+        return self.order.laps
+
+    @property
+    def dt(self) -> float:
+        """Period of the rows [s]."""
+        return self.order.rig.controller.dt
 
 
 @dataclass(frozen=True)
@@ -60,6 +73,8 @@ class Run:
         self._tally = Tally(about.lap.frequency, about.dt)
         self._noted = 0
         self._notes: list[tuple[int, int]] = []
+        self._learned = leg.learned
+        self._seen = Seen(leg) if leg.learned is not None and leg.learned.learning else None
 
     def notes(self) -> list[tuple[int, int]]:
         """First tick and end of each stretch that is not judged and that began since this was asked last."""
@@ -75,6 +90,8 @@ class Run:
         """The rig is asked to track another leg, after a pause."""
         self._leg, self._before, self._first = leg, before, None
         self._tally.pause()
+        if self._learned is not None:  # from a run with a pause nothing is learned
+            self._learned, self._seen = self._learned.model_copy(update={"learning": False}), None
 
     def take(self, rows: Rows) -> None:
         """Telemetry rows (n,), oldest first."""
@@ -118,9 +135,23 @@ class Run:
             recording=self.recording,
             K_FF=about.K_FF,
             controller=about.controller,
+            learned=self._learned_by_now(),
             errors=tuple(self._tally.course.parts()),
             **self._tally.figures().model_dump(),
         )
+
+    def repeat(self) -> Repeat | None:
+        """What its path is to be learned from, once it has ended of itself or by the rig; None where it is not to."""
+        if self._seen is None or self._learned is None or self.machine.phase not in (Phase.DONE, Phase.BROKEN):
+            return None
+        done = self.machine.phase == Phase.DONE
+        return Repeat(self._learned, self._seen if done else None, self._tally.rmse if done else None)
+
+    def _learned_by_now(self) -> Learned | None:
+        repeat = self.repeat()
+        if repeat is None:
+            return self._learned
+        return repeat.before.model_copy(update={"errors": (*repeat.before.errors, repeat.rmse)})
 
     def _track(self, rows: Rows) -> Rows:
         """Follow the rows in TRACK; the rows after them."""
@@ -151,6 +182,8 @@ class Run:
         judged = ~leg.travel[leg.row(index)]
         self._note(rows["tick"][~judged], first)
         self._tally.add(rows[judged])
+        if self._seen is not None:
+            self._seen.add(index, rows)
         self._moved += len(rows)
         self.left = Place(leg.done + max(0, int(index[-1]) + 1 - leg.again), rows["u_ff"][-1].copy())
         error = float(np.linalg.norm(rows["p_ref"][-1] - rows["p_meas"][-1]))

@@ -21,12 +21,11 @@ from server.http.given import given
 from server.operate.procedure.motion import ROW_POLL_S
 from server.operate.procedure.procedure import GONE, RESTARTED, Procedure, Procedures
 from server.recorder.automatic import Automatic
-from server.rig.planner import Planner
-from server.runs import planning
 from server.runs.inbox import Inbox
-from server.runs.lap import Leg, in_slot, velocity_gain
+from server.runs.lap import Leg, Order, in_slot, velocity_gain
+from server.runs.learning.plans import Plans
 from server.runs.messages import RunBody, RunResult, RunState
-from server.runs.phases import CLOSES, DEADLINES, HALTING, MOVING, Closes, Event, Machine, Phase
+from server.runs.phases import ASKED, CLOSES, HALTING, MOVING, Closes, Event, Machine, Phase, too_long, where
 from server.runs.results import Results
 from server.runs.run import About, Before, Run
 from server.runs.tracker import Tracker
@@ -35,8 +34,6 @@ SILENCE_MAX_S = 5.0
 """A rig that is silent for longer ends its run."""
 UPDATES_HZ = 8
 """How often pages are told of a run in motion."""
-ASKED = (Phase.STARTING, Phase.RESUMING)
-"""The rig was asked to track, and no row has shown it yet."""
 
 T = TypeVar("T")
 
@@ -71,13 +68,13 @@ class Runs:
         self,
         procedures: Procedures,
         tracker: Tracker,
-        planner: Planner,
+        plans: Plans,
         automatic: Automatic,
         results: Results,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.inbox = Inbox()
-        self._tracker, self._planner, self._automatic = tracker, planner, automatic
+        self._tracker, self._plans, self._automatic = tracker, plans, automatic
         self.context, self._procedures, self._events = procedures.context, procedures, procedures.context.events
         self._results, self._clock = results, clock
         self._machine: Machine | None = None
@@ -103,7 +100,7 @@ class Runs:
             leg, before, about = await self._prepare(machine, body, info)
             run = self._run = Run(about, leg, machine, before, self._automatic.recording())
             await self._track(machine)
-            self._body = body
+            self._body = body if body.learning != "anew" else body.model_copy(update={"learning": "on"})
         return _kept(run)
 
     async def again(self, permit: Permit) -> RunState:
@@ -185,22 +182,23 @@ class Runs:
     async def _prepare(self, machine: Machine, body: RunBody, info: RigInfo) -> tuple[Leg, Before, About]:
         """Everything before the rig is asked to track."""
         rig, settings = info.parameters, self._tracker.settings
-        lap = await self._while(machine, self._planner.do(planning.lap, body, rig, settings))
+        lap = await self._while(machine, self._plans.lap(body, rig, settings))
         held = await self._while(machine, self._tracker.hold(self._procedure.starter))
-        leg = await self._while(machine, self._planner.do(planning.leg, rig, settings, lap, body.laps, held.u))
+        order = Order(lap, body.laps, rig, settings, body.learning)
+        leg = await self._while(machine, self._plans.leg(order, held.u))
         if body.record:
             await self._while(machine, self._automatic.begin_run(lap.name, self._procedure.starter.name))
         await self._while(machine, self._tracker.upload(leg, self._procedure.starter))
-        (name, own), now = in_slot(info, settings), datetime.now(UTC)
-        number, K_FF = self._results.next_id(), velocity_gain(lap.kind, rig, settings, own)
-        return leg, held.before, About(number, lap, body.laps, now, rig.controller.dt, K_FF, name)
+        name, own = in_slot(info, settings)
+        K_FF = velocity_gain(lap.kind, rig, settings, own)
+        return leg, held.before, About(self._results.next_id(), order, datetime.now(UTC), K_FF, name)
 
     async def _return(self, run: Run) -> None:
         """Everything before the rig is asked to track again."""
-        rig, about = self._tracker.require_ready().parameters, run.about
+        rig = self._tracker.require_ready().parameters
         held = await self._while(run.machine, self._tracker.hold(self._procedure.starter))
-        leading = self._planner.do(planning.leg, rig, self._tracker.settings, about.lap, about.laps, held.u, run.left)
-        leg = await self._while(run.machine, leading)
+        order = run.about.order._replace(rig=rig, settings=self._tracker.settings)
+        leg = await self._while(run.machine, self._plans.leg(order, held.u, run.left))
         await self._while(run.machine, self._tracker.upload(leg, self._procedure.starter))
         run.begin(leg, held.before)
 
@@ -258,7 +256,7 @@ class Runs:
             task.cancel()
             task.add_done_callback(lambda done: done.cancelled() or done.exception())
         if machine.phase not in phases:
-            raise _Left(_where(machine))
+            raise _Left(where(machine))
         return task.result()
 
     @contextlib.contextmanager
@@ -298,7 +296,7 @@ class Runs:
             if self._meet(Event.LEASE_LOST, why) and machine.moving:
                 self._tracker.let_hold()
         if machine.late():
-            self._meet(Event.LATE, _too_long(machine))
+            self._meet(Event.LATE, too_long(machine))
 
     def _meet(self, event: Event, reason: str = "") -> bool:
         assert self._machine is not None
@@ -339,8 +337,10 @@ class Runs:
         assert self._run is not None
         result = self._run.result()
         why = f": {result.reason}" if result.reason else ""
-        error = "" if result.rmse is None else f", RMSE {1e3 * result.rmse:.2f} mm"
-        self._tell(f"{result.state}{why}{error}", "warning" if result.state == "broken off" else "info")
+        why += "" if result.rmse is None else f", RMSE {1e3 * result.rmse:.2f} mm"
+        self._tell(f"{result.state}{why}", "warning" if result.state == "broken off" else "info")
+        if (repeat := self._run.repeat()) is not None:
+            self._plans.teach(self._run.about.order, repeat)
         try:
             self._results.add(result)
         except OSError as problem:
@@ -378,23 +378,8 @@ class _Left(CommandRefused):
 def _kept(run: Run) -> RunState:
     """What is told to who began it; CommandRefused if they lost control before a row told of it."""
     if run.machine.phase == Phase.BREAKING:
-        raise CommandRefused(_where(run.machine))
+        raise CommandRefused(where(run.machine))
     return run.state()
-
-
-def _where(machine: Machine) -> str:
-    return ": ".join(filter(None, [f"the run is {machine.phase.value}", machine.reason]))
-
-
-def _too_long(machine: Machine) -> str:
-    seconds = DEADLINES[machine.phase]
-    if machine.phase in HALTING:
-        return f"the rig did not hold within {seconds:g} s"
-    if machine.phase in ASKED:
-        return f"the rig did not answer within {seconds:g} s"
-    if machine.phase == Phase.RETURNING:
-        return machine.reason
-    return f"it was {machine.phase.value} for {seconds:g} s"
 
 
 GivenRuns = Annotated[Runs, given(Runs)]

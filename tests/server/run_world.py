@@ -31,6 +31,7 @@ from server.rig.planner import Planner
 from server.runs import planning
 from server.runs.lap import Lap
 from server.runs.laps import SETTLE, allowed_by
+from server.runs.learning.plans import Plans
 from server.runs.messages import RunBody
 from server.runs.phases import DEADLINES, ENDS, Phase
 from server.runs.results import Results
@@ -117,8 +118,8 @@ class World:
         rig, operator = cast(Rig, self.rig), cast(Operator, self.rig)
         context = Context(rig, history, operator, kept, self.events)
         self.procedures = Procedures(context, Scheduler(), self.loop.time)
-        planner = cast(Planner, AtOnce())
-        self.runs = Runs(self.procedures, tracker, planner, automatic, self.results, self.loop.time)
+        plans = Plans(cast(Planner, AtOnce()), folder / "learned", self.events)
+        self.runs = Runs(self.procedures, tracker, plans, automatic, self.results, self.loop.time)
         self.asked: list[tuple[float, asyncio.Task[Any]]] = []
         self.begun = 0
         self.beating = True

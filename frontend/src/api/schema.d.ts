@@ -660,6 +660,26 @@ export interface paths {
     patch?: never;
     trace?: never;
   };
+  "/api/learned/{key}": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    post?: never;
+    /**
+     * Forget Path
+     * @description Forget what was learned of a path; the next run of it is as planned. 404 where nothing was.
+     */
+    delete: operations["forget_path"];
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
   "/api/run/pause": {
     parameters: {
       query?: never;
@@ -818,6 +838,26 @@ export interface paths {
      * @description Do the steps of one of my macros, one after the other, while I operate; 409 while one runs, 404 without it.
      */
     post: operations["run_macro"];
+    delete?: never;
+    options?: never;
+    head?: never;
+    patch?: never;
+    trace?: never;
+  };
+  "/api/run/learn": {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    get?: never;
+    put?: never;
+    /**
+     * Learn Path
+     * @description Repeat a path and learn it from its errors, as a macro whose steps are the repeats; 409 while one runs.
+     */
+    post: operations["learn_path"];
     delete?: never;
     options?: never;
     head?: never;
@@ -3685,6 +3725,64 @@ export interface components {
      */
     Law: 0 | 1 | 2 | 3 | 4;
     /**
+     * LearnBody
+     * @description Body of POST /api/run/learn: what to repeat, so that it is learned.
+     */
+    LearnBody: {
+      drawing?: components["schemas"]["DrawingBody"] | null;
+      /**
+       * Reference
+       * @description A name of the library, or its title.
+       */
+      reference?: string | null;
+      /**
+       * K Ff
+       * @description Published: a reference whose figures were published with velocity feedforward has it where settings have 0.
+       * @default published
+       * @enum {string}
+       */
+      K_FF: "published" | "settings";
+      /**
+       * Laps
+       * @default 1
+       */
+      laps: number;
+      /**
+       * Record
+       * @default true
+       */
+      record: boolean;
+      /**
+       * Repeats
+       * @default 8
+       */
+      repeats: number;
+      /**
+       * Anew
+       * @description Forget first what was learned of it.
+       * @default false
+       */
+      anew: boolean;
+    };
+    /**
+     * Learned
+     * @description What was learned of a path by repeating it.
+     */
+    Learned: {
+      /** Key */
+      key: string;
+      /**
+       * Learning
+       * @description The run was a repeat from which it was learned; else it followed as the best one did.
+       */
+      learning: boolean;
+      /**
+       * Errors
+       * @description RMSE of every repeat so far [m], the run's own the last where it is one; null for one that was broken off.
+       */
+      errors: (number | null)[];
+    };
+    /**
      * Lease
      * @description Who operates. At most one session holds it; it lapses when its page is gone.
      */
@@ -3837,6 +3935,12 @@ export interface components {
     MacroState: {
       /** Name */
       name: string;
+      /**
+       * Learning
+       * @description It is no macro: what has this name is repeated, and learned.
+       * @default false
+       */
+      learning: boolean;
       /**
        * By
        * @description Who runs it.
@@ -4522,6 +4626,13 @@ export interface components {
        * @default 1
        */
       laps: number;
+      /**
+       * Learning
+       * @description Foresee as planned, or as the best repeat was.
+       * @default frozen
+       * @enum {string}
+       */
+      learning: "off" | "frozen";
     };
     /**
      * PreviewPart
@@ -5671,6 +5782,13 @@ export interface components {
        * @default true
        */
       record: boolean;
+      /**
+       * Learning
+       * @description What is done with what was learned of this path; learning needs a controller that follows a plan.
+       * @default frozen
+       * @enum {string}
+       */
+      learning: "off" | "frozen" | "on" | "anew";
     };
     /**
      * RunEndStep
@@ -5762,6 +5880,8 @@ export interface components {
        * @default
        */
       controller: string;
+      /** @description Null: it was followed as planned. */
+      learned: components["schemas"]["Learned"] | null;
       /**
        * Errors
        * @description Largest error [m] in each of at most 128 equal parts, the last perhaps shorter; null where no tip was seen.
@@ -8629,6 +8749,41 @@ export interface operations {
       503: components["responses"]["Refused503"];
     };
   };
+  forget_path: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path: {
+        key: string;
+      };
+      cookie?: never;
+    };
+    requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": unknown;
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
   pause_run: {
     parameters: {
       query?: never;
@@ -8919,6 +9074,43 @@ export interface operations {
       cookie?: never;
     };
     requestBody?: never;
+    responses: {
+      /** @description Successful Response */
+      200: {
+        headers: {
+          [name: string]: unknown;
+        };
+        content: {
+          "application/json": components["schemas"]["MacroState"];
+        };
+      };
+      400: components["responses"]["Refused400"];
+      401: components["responses"]["Refused401"];
+      403: components["responses"]["Refused403"];
+      404: components["responses"]["Refused404"];
+      409: components["responses"]["Refused409"];
+      411: components["responses"]["Refused411"];
+      413: components["responses"]["Refused413"];
+      421: components["responses"]["Refused421"];
+      422: components["responses"]["Refused422"];
+      429: components["responses"]["Refused429"];
+      431: components["responses"]["Refused431"];
+      500: components["responses"]["Refused500"];
+      503: components["responses"]["Refused503"];
+    };
+  };
+  learn_path: {
+    parameters: {
+      query?: never;
+      header?: never;
+      path?: never;
+      cookie?: never;
+    };
+    requestBody: {
+      content: {
+        "application/json": components["schemas"]["LearnBody"];
+      };
+    };
     responses: {
       /** @description Successful Response */
       200: {

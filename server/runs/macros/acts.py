@@ -40,7 +40,7 @@ class Acts:
     drawings: Drawings
     preset: Callable[[str], SettingsBody]
 
-    async def do(self, step: Step, by: Procedure) -> None:
+    async def do(self, step: Step | RunBody, by: Procedure) -> None:
         """Done once the rig's rows show it; TendrilError with the reason where it is refused."""
         permit, newest = by.permit, by.context.rig.newest
         mode = None if newest is None else Mode(int(newest[0]["mode"]))
@@ -54,6 +54,9 @@ class Acts:
             case ClearStep():
                 if mode in STOPPED:
                     await by.ask(Request.CLEAR)
+            case RunBody():
+                await self.runs.start(step, permit)
+                await self._run_end()
             case ReferenceStep():
                 await self.runs.start(RunBody(reference=step.name, laps=step.laps), permit)
             case DrawingStep():

@@ -1,5 +1,6 @@
 """The macro that is under way: one at a time, as a procedure."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from controller.errors import CommandRefused
@@ -10,16 +11,27 @@ from server.operate.procedure.procedure import STOPPED, Procedure, Procedures, f
 from server.runs.macros import messages
 from server.runs.macros.acts import Acts
 from server.runs.macros.messages import Macro, MacroState
+from server.runs.messages import RunBody
 
 ASKED = (Cause.OPERATOR, Cause.REFERENCE_DONE)
 """Why a rig holds that does as it was told."""
 
 
-class MacroRun(Procedure):
-    """One macro as it goes."""
+@dataclass(frozen=True)
+class Series:
+    """Runs one after another, by one button."""
 
-    def __init__(self, acts: Acts, procedures: Procedures, macro: Macro, permit: Permit) -> None:
-        super().__init__(procedures.context, f"macro {macro.name}", permit)
+    name: str
+    """Of what is followed."""
+    steps: list[RunBody]
+
+
+class MacroRun(Procedure):
+    """One macro, or one series of runs, as it goes."""
+
+    def __init__(self, acts: Acts, procedures: Procedures, macro: Macro | Series, permit: Permit) -> None:
+        kind = "learning" if isinstance(macro, Series) else "macro"
+        super().__init__(procedures.context, f"{kind} {macro.name}", permit)
         newest = self.context.rig.newest
         if newest is None or self.context.rig.boot() is None:
             raise CommandRefused("the rig does not answer")
@@ -32,11 +44,12 @@ class MacroRun(Procedure):
         macro = self._macro
         return MacroState(
             name=macro.name,
+            learning=isinstance(macro, Series),
             by=self.starter.name,
             state=self.state,
             step=self.step,
             steps=len(macro.steps),
-            doing=messages.words(macro.steps[self.step - 1]),
+            doing=self._words(),
             reason=self.reason,
         )
 
@@ -63,7 +76,11 @@ class MacroRun(Procedure):
             await self._acts.do(step, self)
 
     def _doing(self) -> str:
-        return f"step {self.step} of {len(self._macro.steps)}, {messages.words(self._macro.steps[self.step - 1])}"
+        return f"step {self.step} of {len(self._macro.steps)}, {self._words()}"
+
+    def _words(self) -> str:
+        step = self._macro.steps[self.step - 1]
+        return f"repeat {self._macro.name}" if isinstance(step, RunBody) else messages.words(step)
 
 
 class Macros:
@@ -73,7 +90,7 @@ class Macros:
         self._acts, self._procedures = acts, procedures
         self._run: MacroRun | None = None
 
-    def start(self, macro: Macro, permit: Permit) -> MacroState:
+    def start(self, macro: Macro | Series, permit: Permit) -> MacroState:
         """Begin with its first step; raises CommandRefused while another one runs, RigUnreachable without a rig."""
         if self._run is not None and self._run.running:
             raise CommandRefused(f"{self._run.title} runs, step {self._run.step}; stop it first")

@@ -136,6 +136,8 @@ class MacroState(Model):
     """How the last macro goes, or how it ended."""
 
     name: str
+    learning: bool = False
+    """It is no macro: what has this name is repeated, and learned."""
     by: str
     """Who runs it."""
     state: State

@@ -7,9 +7,10 @@ from fastapi import APIRouter
 from server.access.permit import Permitted
 from server.http.who import Me
 from server.operate.operator import GivenOperator
-from server.runs.macros.macros import GivenMacros
+from server.runs.macros.macros import GivenMacros, Series
 from server.runs.macros.messages import Macro, MacroBody, MacroName, MacroState
 from server.runs.macros.store import GivenMacroStore
+from server.runs.messages import LearnBody
 
 router = APIRouter(tags=["macros"])
 
@@ -42,6 +43,14 @@ async def run_macro(
     macro = await asyncio.to_thread(store.read, who, name)
     operator.present(permit)
     return macros.start(macro, permit)
+
+
+@router.post("/api/run/learn", tags=["runs"])
+async def learn_path(body: LearnBody, macros: GivenMacros, operator: GivenOperator, permit: Permitted) -> MacroState:
+    """Repeat a path and learn it from its errors, as a macro whose steps are the repeats; 409 while one runs."""
+    operator.present(permit)
+    name = body.reference if body.drawing is None else body.drawing.name
+    return macros.start(Series(name or "", body.runs()), permit)
 
 
 @router.post("/api/macros/stop")

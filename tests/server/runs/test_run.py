@@ -13,7 +13,7 @@ from controller.schema.layout import record_dtype
 from controller.schema.messages import Telemetry
 from controller.schema.modes import Cause, Mode, RowKind
 from controller.schema.parameters import RigParameters, Settings
-from server.runs.lap import Lap, Leg
+from server.runs.lap import Lap, Leg, Order
 from server.runs.laps import allowed_by
 from server.runs.phases import Event, Machine
 from server.runs.run import About, Before, Run
@@ -35,7 +35,8 @@ class Track:
         )
         self.machine = Machine()
         self.machine.meet(Event.READY)
-        self.run = Run(About(4, self.lap, laps, datetime.now(UTC), 1e-3), self.leg(0), self.machine, Before())
+        order = Order(self.lap, laps, RigParameters(), Settings(), "frozen")
+        self.run = Run(About(4, order, datetime.now(UTC)), self.leg(0), self.machine, Before())
         self.tick = 1000
 
     @property

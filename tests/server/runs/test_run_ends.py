@@ -22,6 +22,7 @@ from server.operate.procedure.motion import Context
 from server.operate.procedure.procedure import Procedures
 from server.recorder.automatic import Automatic
 from server.runs.lap import Leg
+from server.runs.learning.plans import Plans
 from server.runs.messages import RunBody
 from server.runs.results import KEPT, Results
 from server.runs.run import Before
@@ -105,7 +106,8 @@ class Desk:
         automatic = cast(Automatic, SimpleNamespace(begin_run=nothing, **ignored))
         rig: Any = self.rig
         self.procedures = Procedures(Context(rig, cast(Any, None), rig, cast(Any, None), self.events), Scheduler())
-        self.runs = Runs(self.procedures, rig, PLANNER, automatic, self.results)
+        plans = Plans(PLANNER, folder / "learned", self.events)
+        self.runs = Runs(self.procedures, rig, plans, automatic, self.results)
         self.rig.runs = self.runs  # type: ignore[attr-defined]
         self.lease.acquire(ANN)
 
