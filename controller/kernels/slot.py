@@ -55,6 +55,8 @@ NOW = np.dtype(
         ("feedback_lag", "<f8"),  # with which P follows the error where the tip is led by hand [s]
         ("dead_time", "<f8"),  # of the air lines, as the observer has it [s]
         ("pneumatic_lag", "<f8"),  # of the chambers [s]
+        ("u_max", "<f8"),  # most torque of a pair of chambers [N m]
+        ("tip_used", "<i8"),  # `tip` is measured: its own marker is in use
     ]
 )
 """What a controller is shown, one record."""

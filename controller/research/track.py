@@ -131,7 +131,8 @@ def track(task: TrackTask, told: ProgressCallback = no_progress) -> Tracked:
     reference, path = drawn(samples, task.actuator, task.wish)
     case = Case(reference.name, task.actuator.name, task.law, task.seed)
     settings = for_reference(settings_of(case, setup.gains), reference)
-    rows, windows, failed, learned = None, {}, "", ()
+    rows, windows, failed = None, {}, ""
+    learned: tuple[float, ...] = ()
     if task.learn:
         found = learn(parameters, reference, settings, range(task.seed + 1, task.seed + 1 + task.learn), told)
         reference, learned = found.reference, found.rmse

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from controller.assembly.controllers.definition import Controller, Signal
 from controller.errors import ParameterError, sentence
+from controller.kernels.control.adaptive import adaptive
 from controller.kernels.control.preview import preview
 from controller.kernels.control.task_space_pi import letter, paper
 from controller.schema.layout import Model
@@ -30,6 +31,15 @@ class PreviewTuning(Model):
     """Time constant with which P follows the error: it rolls P off below the arm's first mode."""
 
 
+class AdaptiveTuning(PreviewTuning):
+    """What `adaptive` is tuned by."""
+
+    rate: Annotated[float, Bounds(ge=0.0, le=1.0), Q("1/s")] = 0.1
+    """How quickly what was learned makes room for what is learned now; 0 freezes it."""
+    most: Annotated[float, Bounds(ge=0.0, le=0.5), Q("1")] = 0.3
+    """Share of the quasi-static feedforward that it may add or take."""
+
+
 OURS = (
     Controller("paper", "The paper's PI, its integral kept as a torque", paper, 'paper, "Task-space PI control"'),
     Controller("letter", "The paper's PI to the letter", letter, 'paper, "Task-space PI control"'),
@@ -40,6 +50,19 @@ OURS = (
         'Smith, "Closer control of loops with dead time", 1957',
         PreviewTuning,
         (Signal("e_x", "m"), Signal("e_y", "m"), Signal("u_int_1", "N m"), Signal("u_int_2", "N m")),
+        plans=True,
+        own_gains=True,
+    ),
+    Controller(
+        "adaptive",
+        "preview, with a feedforward that adapts to the arm",
+        adaptive,
+        'Ioannou, Sun, "Robust Adaptive Control", 1996, 4.3',
+        AdaptiveTuning,
+        (
+            *(Signal("e_x", "m"), Signal("e_y", "m"), Signal("u_int_1", "N m"), Signal("u_int_2", "N m")),
+            *(Signal("sigma_1", "1"), Signal("sigma_2", "1"), Signal("tau_1", "s"), Signal("tau_2", "s")),
+        ),
         plans=True,
         own_gains=True,
     ),

@@ -96,6 +96,7 @@ def show(
     now.saturated, now.stands, now.share = state.saturated, state.stands, state.share
     now.epsilon, now.feedback_lag = bounds.epsilon, bounds.feedback_lag
     now.dead_time, now.pneumatic_lag = bounds.dead_time, bounds.pneumatic_lag
+    now.u_max, now.tip_used = control.smap.polygon.bounds[0], state.used & TIP != 0
     for j in range(4):
         now.S[j] = state.S[j]
     for j in range(2):

@@ -19,10 +19,11 @@ from controller.schema.modes import Law
 FF = int(Law.FF)
 K_P, K_I, LAG = 0, 1, 2
 """Places in the tuning: its gains, and the time constant with which P follows the error [s]."""
-U_INT, ERROR_LOW, STEP, WOUND, ARRIVED, LAST, HEAD, RING = 0, 2, 4, 6, 8, 10, 12, 14
+U_INT, ERROR_LOW, STEP, WOUND, ARRIVED, LAST, HEAD, SPARE, RING = 0, 2, 4, 6, 8, 10, 12, 14, 64
 """Places in the memory: the integral's torque [N m], the error that P follows [m], the step of the integral's torque
 and the torque that winds it up, of the last tick, what of the feedback has arrived in the chambers, what was fed back
-in the last tick [N m], the next place in the ring, and the ring of what is in the lines, two numbers a tick."""
+in the last tick [N m], the next place in the ring, room for what `adaptive` remembers, and the ring of what is in the
+lines, two numbers a tick."""
 ROOM = (MEMORY - RING) // 2
 
 

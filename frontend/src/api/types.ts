@@ -58,6 +58,8 @@ export type RunResult = Schemas["RunResult"];
 export type Macro = Schemas["Macro"];
 export type MacroStep = Macro["steps"][number];
 export type MacroState = Schemas["MacroState"];
+export type LearnBody = Schemas["LearnBody"];
+export type Learned = Schemas["Learned"];
 export type FirstModeState = Schemas["FirstModeState"];
 
 export type FromServer =

@@ -8,6 +8,7 @@ import { ControlButton } from "../operate/ControlButton";
 import { Facts } from "../ui/Facts";
 import { timeOfDay } from "../ui/format";
 import { useService } from "../ui/services";
+import { Learned } from "./Learned";
 import { earlierOf, errorText, lapsDone, resultFacts, STATE_WORD } from "./facts";
 import { Runs, useRuns } from "./runs";
 
@@ -49,6 +50,7 @@ export function ResultCard({ result }: { readonly result: RunResult }) {
           <Sparkline errors={result.errors} />
         </div>
       )}
+      {result.learned ? <Learned learned={result.learned} /> : null}
       <div className="run-way-line run-result-actions">
         <FollowAgain />
         <OpenRecording id={result.recording} />

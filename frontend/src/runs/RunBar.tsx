@@ -14,7 +14,7 @@ import { useService } from "../ui/services";
 import { typedNumber, useTyped } from "../ui/numbers/typed";
 import { ToolButton } from "../ui/buttons/ToolButton";
 import { previewText } from "./facts";
-import { isUnderWay, Runs, useRuns, whyNotRun } from "./runs";
+import { isUnderWay, REPEATS, Runs, useRuns, whyNotLearned, whyNotRun } from "./runs";
 
 /** Preview, and run or steer the run. */
 export function RunBar() {
@@ -116,6 +116,7 @@ function Start() {
       >
         <IconPlayerRecordFilled size={16} color={record ? "var(--stop)" : "currentColor"} />
       </ToolButton>
+      <Learn reason={reason} />
       <ControlButton
         control="run"
         because={reason}
@@ -130,6 +131,25 @@ function Start() {
         Run
       </ControlButton>
     </>
+  );
+}
+
+function Learn({ reason }: { readonly reason: string | null }) {
+  const runs = useService(Runs);
+  const endless = useRuns((choice) => choice.endless);
+  const controller = usePage(({ rig, settings }) => rig?.controllers[settings?.controller ?? 0]);
+  return (
+    <ControlButton
+      control="run"
+      because={reason ?? whyNotLearned(controller, endless)}
+      variant="default"
+      testId="learn"
+      meaning={`Follow it ${REPEATS} times, each time with what the error of the ones before taught`}
+      waits
+      onClick={() => void runs.learn()}
+    >
+      Learn
+    </ControlButton>
   );
 }
 

@@ -5,6 +5,7 @@ import { ReferencePanel } from "../drawing/library/ReferencePanel";
 import { RunBar } from "./RunBar";
 import type { RunState } from "../api/types";
 import { usePage } from "../live/page";
+import { Learned } from "./Learned";
 import { errorText, lapText, STATE_WORD } from "./facts";
 import { ResultCard } from "./ResultCard";
 import { isUnderWay, useRuns } from "./runs";
@@ -29,7 +30,10 @@ function RunNews() {
   return (
     <div className="run-news">
       {isUnderWay(run) ? (
-        <UnderWay run={run} />
+        <>
+          <UnderWay run={run} />
+          <SoFar name={run.name} />
+        </>
       ) : result && result.id !== dismissed ? (
         <ResultCard result={result} />
       ) : (
@@ -37,6 +41,15 @@ function RunNews() {
       )}
     </div>
   );
+}
+
+/** What the repeats before this one came to, while it is being learned. */
+function SoFar({ name }: { readonly name: string }) {
+  const learning = usePage(({ macro }) => macro?.state === "running" && macro.learning);
+  const learned = usePage(({ result }) =>
+    result?.name === name && result.learned?.learning ? result.learned : null,
+  );
+  return learning && learned ? <Learned learned={learned} /> : null;
 }
 
 function UnderWay({ run }: { readonly run: RunState }) {

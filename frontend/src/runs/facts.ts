@@ -1,4 +1,4 @@
-import type { Preview, RunResult, RunState } from "../api/types";
+import type { Learned, Preview, RunResult, RunState } from "../api/types";
 import { degrees, millimetres, percent, plain, velocityGain } from "../ui/format";
 
 type Facts = readonly (readonly [string, string])[];
@@ -41,6 +41,14 @@ export function resultFacts(result: RunResult, foreseen: number | null): Facts {
   if (result.K_FF.some((gain) => gain > 0)) facts.push(["K_FF", velocityGain(result.K_FF)]);
   facts.push(["Saturated", percent(saturated_share, 1)], ["On time", percent(on_time_share)]);
   return facts;
+}
+
+/** What a run had of what was learned: "Repeat 3: 1.2 mm" while it is, then the best of them. */
+export function learnedText({ learning, errors }: Learned): string {
+  const known = errors.filter((error) => error !== null);
+  const best = errorText(known.length > 0 ? Math.min(...known) : null);
+  if (learning) return `Repeat ${errors.length}: best ${best}`;
+  return `Learned in ${errors.length} ${errors.length === 1 ? "repeat" : "repeats"}: best ${best}`;
 }
 
 /** The recorded run of the same thing before `result`; `results` have the newest first. */

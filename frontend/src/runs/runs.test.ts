@@ -1,14 +1,24 @@
 import { expect, test } from "vitest";
-import type { Preview, PreviewPart, RunBody, RunResult, RunState } from "../api/types";
+import type {
+  ControllerInfo,
+  LearnBody,
+  MacroState,
+  Preview,
+  PreviewPart,
+  RunBody,
+  RunResult,
+  RunState,
+} from "../api/types";
 import { Drawing } from "../drawing/drawing";
 import { drawingFacts } from "../drawing/facts";
 import { pieceOf } from "../drawing/piece";
 import { MODE } from "../live/modes";
 import { EMPTY_PAGE, type Page } from "../live/page";
 import { Store } from "../ui/store";
-import { earlierOf, previewText, resultFacts } from "./facts";
-import { keepRecord, Runs, whyNotRun } from "./runs";
+import { earlierOf, learnedText, previewText, resultFacts } from "./facts";
+import { keepRecord, Runs, whyNotLearned, whyNotRun } from "./runs";
 
+const KEY = "0123456789abcdef01234567";
 const underWay = { id: 1, state: "running", name: "vu" } as RunState;
 
 const preview = {
@@ -44,6 +54,7 @@ function harness(parts: PreviewPart[] = [part(0, 3)]) {
   const [drawing, page] = [new Drawing(), new Store<Page>({ ...EMPTY_PAGE, chosen: "vu" })];
   const calls: string[] = [];
   const bodies: RunBody[] = [];
+  const taught: LearnBody[] = [];
   const port = {
     preview: async function* () {
       for (const one of parts) yield await Promise.resolve(one);
@@ -53,13 +64,19 @@ function harness(parts: PreviewPart[] = [part(0, 3)]) {
       return Promise.resolve(underWay);
     },
     again: () => Promise.resolve({ ...underWay, id: 2 }),
+    learn: (body: LearnBody) => {
+      taught.push(body);
+      return Promise.resolve({ name: "vu", learning: true, state: "running" } as MacroState);
+    },
+    forget: (key: string) =>
+      key === KEY ? Promise.resolve() : Promise.reject(new Error("nothing is known of it")),
     steer: (step: string) => Promise.resolve({ ...underWay, state: step === "pause" ? "paused" : "stopped" } as RunState), // prettier-ignore
   };
   const attempt = async (title: string, action: () => Promise<unknown>) => {
     await action().catch((error: unknown) => calls.push(`${title}: ${String(error)}`));
   };
   const runs = new Runs(drawing.store, page, { attempt }, port);
-  return { drawing, page, runs, calls, bodies, port };
+  return { drawing, page, runs, calls, bodies, taught, port };
 }
 
 test("a run of the library is asked by name, of the drawing with the drawing, until stopped without a number", async () => {
@@ -70,8 +87,54 @@ test("a run of the library is asked by name, of the drawing with the drawing, un
   drawing.chooseSource("drawing");
   runs.store.patch({ endless: true });
   await runs.run();
-  expect(bodies[0]).toEqual({ drawing: null, reference: "vu", K_FF: "published", laps: 3, record: true });
+  expect(bodies[0]).toEqual({
+    drawing: null,
+    reference: "vu",
+    K_FF: "published",
+    laps: 3,
+    record: true,
+    learning: "frozen",
+  });
   expect(bodies[1]).toMatchObject({ drawing: { name: "Drawing" }, reference: null, laps: null });
+});
+
+test("a path is learned as often as it takes, and shown to be", async () => {
+  const { page, runs, taught } = harness();
+  runs.repeat(2);
+  await runs.learn();
+  expect(taught).toEqual([
+    { drawing: null, reference: "vu", K_FF: "published", laps: 2, record: true, repeats: 8, anew: false },
+  ]);
+  expect(page.get().macro).toMatchObject({ learning: true, state: "running" });
+});
+
+test("what was learned is forgotten on the card once the server has", async () => {
+  const { page, runs, calls } = harness();
+  const learned = { key: KEY, learning: false, errors: [3e-3, null, 1e-3] };
+  page.patch({ result: { id: 1, learned } as unknown as RunResult });
+  await runs.forget("0");
+  expect(page.get().result?.learned).toBe(learned);
+  expect(calls).toHaveLength(1);
+  await runs.forget(KEY);
+  expect(page.get().result?.learned).toBeNull();
+});
+
+test("only a plan can be learned, of what has an end", () => {
+  const [preview, paper] = [
+    { name: "preview", plans: true },
+    { name: "paper", plans: false },
+  ] as ControllerInfo[];
+  expect(whyNotLearned(preview, false)).toBeNull();
+  expect(whyNotLearned(preview, true)).toContain("no end");
+  expect(whyNotLearned(paper, false)).toContain("paper follows no plan: choose preview");
+  expect(whyNotLearned(undefined, false)).toContain("unknown");
+});
+
+test("what was learned is told in a few words", () => {
+  const errors = [3e-3, null, 1e-3];
+  expect(learnedText({ key: KEY, learning: true, errors })).toBe("Repeat 3: best 1.00 mm");
+  expect(learnedText({ key: KEY, learning: false, errors })).toBe("Learned in 3 repeats: best 1.00 mm");
+  expect(learnedText({ key: KEY, learning: false, errors: [null] })).toBe("Learned in 1 repeat: best –");
 });
 
 test("the last run is followed again whatever is chosen now", async () => {
@@ -118,6 +181,7 @@ function ended(id: number, name: string, recording: string | null = "a"): RunRes
     on_time_share: null,
     K_FF: [0, 0] as [number, number],
     controller: "",
+    learned: null,
   };
   const end = { time: "", laps: 1, state: "done" as const, reason: "", duration: 9, errors: [] };
   return { id, name, recording, rmse: null, ...none, ...end };

@@ -1,6 +1,16 @@
 import { jsonLines } from "../api/lines";
 import { api, dataOf } from "../api/rest";
-import type { Mode, Preview, PreviewBody, PreviewPart, ReferenceInfo, RunBody, RunState } from "../api/types";
+import type {
+  ControllerInfo,
+  LearnBody,
+  Mode,
+  Preview,
+  PreviewBody,
+  PreviewPart,
+  ReferenceInfo,
+  RunBody,
+  RunState,
+} from "../api/types";
 import { bodyOf, isPlanned, sketchOf, type DrawingState } from "../drawing/drawing";
 import { isSame, planInputs } from "../drawing/planner";
 import type { Page } from "../live/page";
@@ -50,11 +60,19 @@ export const FIRST_CHOICE: RunChoice = {
   dismissed: null,
 };
 
+/** So often a path is followed to learn it: most of what there is to learn comes in the first four. */
+export const REPEATS = 8;
+
+/** With what was learned of the path, if anything was. */
+const USUAL = "frozen";
+
 /** What previews and runs: the server, or a test. */
 const server = {
   preview: foreseen,
   run: (body: RunBody) => dataOf(api.POST("/api/run", { body })),
   again: () => dataOf(api.POST("/api/run/again")),
+  learn: (body: LearnBody) => dataOf(api.POST("/api/run/learn", { body })),
+  forget: (key: string) => dataOf(api.DELETE("/api/learned/{key}", { params: { path: { key } } })),
   steer: (step: "pause" | "resume" | "stop") => dataOf(api.POST(`/api/run/${step}`)),
 };
 
@@ -98,7 +116,9 @@ export class Runs {
     this.cancelPreview();
     const { signal } = (this.asked = new AbortController());
     this.store.patch({ preview: null, ghost: null, foreseenIn: this.page.get().mode, previewing: 0 });
-    await this.operations.attempt("No preview", () => this.foresee({ ...body, laps: 1 }, signal));
+    await this.operations.attempt("No preview", () =>
+      this.foresee({ ...body, laps: 1, learning: USUAL }, signal),
+    );
     if (!signal.aborted) this.cancelPreview();
   }
 
@@ -132,7 +152,11 @@ export class Runs {
     if (!body) return;
     const { endless, laps, record, preview } = this.store.get();
     const rmse = preview?.rmse ?? null;
-    await this.take("Not run", () => this.port.run({ ...body, laps: endless ? null : laps, record }), rmse);
+    await this.take(
+      "Not run",
+      () => this.port.run({ ...body, laps: endless ? null : laps, record, learning: USUAL }),
+      rmse,
+    );
   }
 
   /** What was followed last, once more. */
@@ -140,6 +164,27 @@ export class Runs {
     const { foreseen } = this.store.get();
     const rmse = foreseen && foreseen.run === this.page.get().result?.id ? foreseen.rmse : null;
     await this.take("Not followed again", () => this.port.again(), rmse);
+  }
+
+  /** Repeat what would be run, and learn it. */
+  async learn(): Promise<void> {
+    const body = this.body();
+    if (!body) return;
+    const { laps, record } = this.store.get();
+    await this.operations.attempt("Not learned", async () => {
+      this.page.patch({
+        macro: await this.port.learn({ ...body, laps, record, repeats: REPEATS, anew: false }),
+      });
+    });
+  }
+
+  /** The next run of the path with this key follows as planned. */
+  async forget(key: string): Promise<void> {
+    await this.operations.attempt("Not forgotten", async () => {
+      await this.port.forget(key);
+      const { result } = this.page.get();
+      if (result?.learned?.key === key) this.page.patch({ result: { ...result, learned: null } });
+    });
   }
 
   async steer(step: "pause" | "resume" | "stop"): Promise<void> {
@@ -215,6 +260,13 @@ export function useRuns<S>(select: (choice: RunChoice) => S): S {
 /** A run that has not ended. */
 export function isUnderWay(run: RunState | null): run is RunState {
   return run !== null && (run.state === "approach" || run.state === "running" || run.state === "paused");
+}
+
+/** Why a path cannot be learned by this controller, as one sentence; null when it can. */
+export function whyNotLearned(controller: ControllerInfo | undefined, endless: boolean): string | null {
+  if (endless) return "What has no end is not repeated: give it a number of laps";
+  if (controller?.plans === true) return null;
+  return `Controller ${controller?.name ?? "unknown"} follows no plan: choose preview in Gains`;
 }
 
 /** Why what is chosen can be neither previewed nor run, as one sentence; null when it can. */

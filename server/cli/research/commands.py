@@ -22,7 +22,7 @@ Scheduler = Annotated[
     typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers do the work (`tendril docs calibration`)."),
 ]
 ControllerName = Annotated[
-    str, typer.Option(help="What is in the slot: paper, letter, preview (`tendril docs control`).")
+    str, typer.Option(help="What is in the slot: paper, letter, preview, adaptive (`tendril docs control`).")
 ]
 PAPERS_OWN = ("ff", "ff+p", "ff+i", "paper")
 """Laws whose feedforward is the paper's."""

@@ -70,9 +70,8 @@ class Lessons:
     def keep(self, key: str, course: Course) -> None:
         """Put `course` on the disk; raises OSError."""
         known = {name: _numbers(getattr(course, name)) for name in ("first", "later")} | {"errors": course.errors}
-        arrays = {name: _rows(getattr(course, name)) for name in ("first", "later")}
-        out = io.BytesIO()
-        np.savez_compressed(out, known=np.array(json.dumps(known)), **arrays)
+        out, known_json = io.BytesIO(), np.array(json.dumps(known))
+        np.savez_compressed(out, known=known_json, first=_rows(course.first), later=_rows(course.later))
         self.folder.mkdir(parents=True, exist_ok=True)
         write_whole(self._file(key), out.getvalue())
         for old in sorted(self.folder.glob("*.npz"), key=lambda file: file.stat().st_mtime)[:-KEPT]:
@@ -139,4 +138,4 @@ def _numbers(lesson: Lesson) -> dict[str, float]:
 def _lesson(rows: Array, known: dict[str, float]) -> Lesson:
     p_next, best, left = rows.astype(float)
     rmse = known["rmse"] if known["rmse"] >= 0.0 else math.inf
-    return Lesson(**(known | {"next": p_next, "best": best, "left": left, "rmse": rmse}))  # type: ignore[arg-type]
+    return Lesson(**(known | {"next": p_next, "best": best, "left": left, "rmse": rmse}))

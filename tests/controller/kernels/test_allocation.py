@@ -21,6 +21,7 @@ from controller.assembly.rig import build_rig
 from controller.assembly.rod import build_rod
 from controller.assembly.twin import build_twin
 from controller.kernels.compiled import OPTIONS
+from controller.kernels.control.adaptive import adaptive
 from controller.kernels.control.along import invert_along, refine_each
 from controller.kernels.control.inverse import invert
 from controller.kernels.control.preview import preview
@@ -101,7 +102,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "out_of_balance": (smap.statics.body, 0.0, 0.0, scratch),
         "lead_pose": (smap.statics.body, model.rest, (0.0, 0.0), (0.0, 0.0), scratch),
         "settle": (smap.statics.body, model.rest.copy(), np.zeros(10), np.zeros(10)),
-        **{law.__name__: shown() for law in (paper, letter, preview)},
+        **{law.__name__: shown() for law in (paper, letter, preview, adaptive)},
         "foresee_tip": (points, rig.observer, points.copy()),
         "move_torques": (points, 0.1, smap, scratch, points.copy()),
         "tips_of": (smap.statics, points, scratch, points.copy()),
@@ -136,7 +137,7 @@ def test_the_examples_reach_every_kernel() -> None:
         fastest_progress,
         invert,
     }
-    known |= {paper, letter, preview, foresee_tip, move_torques}
+    known |= {paper, letter, preview, adaptive, foresee_tip, move_torques}
     assert known | {lead_pose, out_of_balance, settle, tips_of, tip_angles_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
@@ -156,6 +157,7 @@ def test_the_examples_reach_every_kernel() -> None:
         "tip_angles_of",
         "paper",
         "preview",
+        "adaptive",
         "foresee_tip",
         "move_torques",
     ],

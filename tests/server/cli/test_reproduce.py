@@ -101,7 +101,7 @@ def test_a_trajectory_without_ff_has_no_reductions_in_its_table() -> None:
 def test_an_unknown_controller_is_refused_by_name() -> None:
     refused = CliRunner().invoke(app, ["reproduce", "--controller", "smith"])
     assert isinstance(refused.exception, TendrilError)
-    assert str(refused.exception) == "controller = 'smith' is not one of paper, letter, preview"
+    assert str(refused.exception) == "controller = 'smith' is not one of paper, letter, preview, adaptive"
 
 
 @pytest.mark.parametrize("wrong", [["--workers", "0"], ["--seed", "-1"], ["--seed", "x"], ["--fast"]])

@@ -96,7 +96,7 @@ def test_a_run_that_breaks_off_is_an_error_and_still_written(tmp_path: Path) -> 
     [
         (["--actuator", "P9"], "actuator = 'P9' is not one of P1, P2, P3"),
         (["--law", "pid"], "law = 'pid' is none of ff, ff\\+p"),
-        (["--controller", "mpc"], "controller = 'mpc' is not one of paper, letter, preview"),
+        (["--controller", "mpc"], "controller = 'mpc' is not one of paper, letter, preview, adaptive"),
         (["--plant-scale", "mass=2"], "'mass' is not one of k, b"),
         (["--frequency", "0"], "frequency = 0 Hz is outside"),
         (["--start", "-1"], "start = -1 s is outside \\[0, inf\\)"),

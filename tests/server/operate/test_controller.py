@@ -33,7 +33,7 @@ def test_a_controller_is_chosen_by_name_and_tuned_within_its_bounds(operator: Pa
     assert choose(operator, "preview") == (200, (number, [0.3, 4.0, 0.1]))
     assert choose(operator, "preview", K_P=0.5) == (200, (number, [0.5, 4.0, 0.1]))
     for name, tuning, complaint in [
-        ("mpc", {}, "controller = 'mpc' is not one of paper, letter, preview"),
+        ("mpc", {}, "controller = 'mpc' is not one of paper, letter, preview, adaptive"),
         ("preview", {"K_D": 1.0}, "tuning.K_D: the numbers of controller preview are K_P, K_I, lag"),
         ("preview", {"K_I": 21.0}, "tuning.K_I = 21 is outside [0, 20] 1/s"),
         ("paper", {"K_P": 1.0}, "tuning.K_P: the numbers of controller paper are none"),

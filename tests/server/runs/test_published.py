@@ -28,8 +28,8 @@ DOCS = Path(__file__).parents[3] / "docs"
 ROW = re.compile(r"^\| (\w[\w.]*), P1, ff\+pi \| rmse \| [\d.]+ \| ([\d.]+) \| [\d.]+ \|", re.MULTILINE)
 REPRODUCED = {name: 1e-3 * float(ours) for name, ours in ROW.findall((DOCS / "reproduction.md").read_text())}
 """RMSE [m] by the names of the reproduction's table, on P1 with the paper's law and gains that were fitted to it."""
-RUNS = re.compile(r"^\| ([\w.]+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", re.MULTILINE)
-CONTROLLERS = ("paper", "letter", "preview")
+RUNS = re.compile(r"^\| ([\w.]+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", re.MULTILINE)
+CONTROLLERS = ("paper", "letter", "preview", "adaptive")
 PUBLISHED = {
     (name, controller): 1e-3 * float(error)
     for name, *errors in RUNS.findall((DOCS / "control.md").read_text())

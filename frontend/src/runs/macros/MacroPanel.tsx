@@ -13,7 +13,7 @@ import { useWhyNot } from "../../operate/permission";
 import { useService } from "../../ui/services";
 import { useStore } from "../../ui/store";
 import { MacroEditor } from "./MacroEditor";
-import { endText, Macros, stepText } from "./macros";
+import { endText, Macros, stepText, titleOf } from "./macros";
 
 /** My macros: run by one button, written and deleted; how the last one ended. */
 export function MacroPanel() {
@@ -109,7 +109,7 @@ export function MacroBar() {
     <div className="over-page macro-bar" role="status" data-testid="macro-bar">
       <IconPlaylist size={18} aria-hidden />
       <span>
-        Macro {macro.name}: {stepText(macro)}
+        {titleOf(macro)}: {stepText(macro)}
       </span>
       <ControlButton
         control="settings"

@@ -2,12 +2,12 @@ import { expect, test } from "vitest";
 import type { Macro, MacroState, MacroStep } from "../../api/types";
 import { EMPTY_PAGE, type Page } from "../../live/page";
 import { Store } from "../../ui/store";
-import { endText, KINDS, Macros, moved, stepText, whyNotSaved, type Draft } from "./macros";
+import { endText, KINDS, Macros, moved, stepText, titleOf, whyNotSaved, type Draft } from "./macros";
 
 const ARM: MacroStep = { do: "arm" };
 const HOLD: MacroStep = { do: "hold" };
 const WAIT: MacroStep = { do: "wait", seconds: 3 };
-const state: MacroState = { name: "warm-up", by: "ivy", state: "running", step: 2, steps: 5, doing: "wait 3 s", reason: "" }; // prettier-ignore
+const state: MacroState = { name: "warm-up", learning: false, by: "ivy", state: "running", step: 2, steps: 5, doing: "wait 3 s", reason: "" }; // prettier-ignore
 
 /** A page beside a server that keeps macros. */
 function desk(kept: readonly Macro[] = []) {
@@ -89,4 +89,10 @@ test("who saw it run is told how it ended, once, and a refusal is shown", async 
     "Macro not stopped: Error: no macro runs",
   ]);
   expect([stepText(state), endText({ ...state, state: "done" })]).toEqual(["step 2 of 5, wait 3 s", "done"]);
+});
+
+test("what is learned is not called a macro", () => {
+  expect(titleOf(state)).toBe("Macro warm-up");
+  const learning = { ...state, name: "vu", learning: true };
+  expect([titleOf(learning), stepText(learning)]).toEqual(["Learning vu", "repeat 2 of 5"]);
 });

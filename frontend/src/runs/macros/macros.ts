@@ -110,7 +110,7 @@ export class Macros {
     const before = this.running;
     this.running = macro?.state === "running" ? macro.name : "";
     if (macro && before === macro.name && macro.state === "ended")
-      this.operations.notify("warning", `Macro ${macro.name} ended`, endText(macro));
+      this.operations.notify("warning", `${titleOf(macro)} ended`, endText(macro));
   }
 }
 
@@ -135,9 +135,14 @@ export function moved(steps: readonly MacroStep[], from: number, by: -1 | 1): re
   return steps.with(from, steps[to]).with(to, steps[from]);
 }
 
-/** Where it is: "step 2 of 5, wait 3 s". */
-export function stepText({ step, steps, doing }: MacroState): string {
-  return `step ${step} of ${steps}, ${doing}`;
+/** Where it is: "step 2 of 5, wait 3 s", or "repeat 2 of 8". */
+export function stepText({ step, steps, doing, learning }: MacroState): string {
+  return learning ? `repeat ${step} of ${steps}` : `step ${step} of ${steps}, ${doing}`;
+}
+
+/** What runs: "Macro warm up", or "Learning vu". */
+export function titleOf({ name, learning }: MacroState): string {
+  return `${learning ? "Learning" : "Macro"} ${name}`;
 }
 
 /** How it ended. */

@@ -102,7 +102,7 @@ def test_what_is_tuned_is_named_with_its_bound() -> None:
     settings = with_controller(Settings(), "preview", {"K_P": 0.5})
     assert (settings.controller, settings.tuning[:3]) == (PREVIEW, (0.5, 4.0, 0.1))
     for name, tuning, complaint in [
-        ("mpc", {}, "controller = 'mpc' is not one of paper, letter, preview"),
+        ("mpc", {}, "controller = 'mpc' is not one of paper, letter, preview, adaptive"),
         ("preview", {"K_D": 1.0}, "K_D: controller preview is not one of K_P, K_I, lag"),
         ("paper", {"K_P": 1.0}, "K_P: controller paper is not tuned by any"),
         ("preview", {"K_P": 9.0}, "controller preview: K_P = 9"),
