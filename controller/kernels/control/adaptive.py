@@ -50,17 +50,17 @@ def adaptive(now: Record, reference: Array, tuning: Array, memory: Array, out_wa
     preview(now, reference, tuning, memory, out_wanted)
     w_1, w_2 = through_sensitivity(now, now.epsilon, now.p_ref[0] - now.p_hat[0], now.p_ref[1] - now.p_hat[1])
     for j in range(2):
-        a, b = followed(now, j, memory)
+        a, b = arrived_feedforward(now, j, memory)
         theta = memory[THETA + N * j : THETA + N * (j + 1)]
         P = memory[COVARIANCE + N * N * j : COVARIANCE + N * N * (j + 1)]
         w = memory[ARRIVED + j] + (w_1 if j == 0 else w_2)
         if now.begins:
-            forget(now.u_max, theta, P)
+            forget_stiffness(now.u_max, theta, P)
         if now.begins or not adapts(now):
             theta[3] = w  # what is missing where it goes on from is no matter of the motion
         elif tuning[RATE] > 0.0:
             sign = math.tanh(b * math.hypot(now.S[j], now.S[2 + j]) / SLOW)
-            learn(now, (a, b, sign), w, tuning[RATE], theta, P)
+            learn_stiffness(now, (a, b, sign), w, tuning[RATE], theta, P)
             theta[0] = min(max(theta[0], -tuning[MOST]), tuning[MOST])
             theta[1] = min(max(theta[1], -LEAD_MOST), LEAD_MOST)
         slope = (now.u_ff[j] - memory[QUICK + j]) / SHORT
@@ -79,7 +79,7 @@ def adapts(now: Record) -> bool:
 
 
 @kernel
-def followed(now: Record, j: int, memory: Array) -> tuple[float, float]:
+def arrived_feedforward(now: Record, j: int, memory: Array) -> tuple[float, float]:
     """The feedforward of pair j as it arrives [N m], and its rate [N m/s]; the dead time is taken for a lag.
 
     Dead time and lag: paper, "Dynamic observer". In place: memory.
@@ -96,23 +96,25 @@ def followed(now: Record, j: int, memory: Array) -> tuple[float, float]:
 
 
 @kernel
-def forget(u_max: float, theta: Array, P: Array) -> None:
+def forget_stiffness(u_max: float, theta: Array, P: Array) -> None:
     """Nothing is known but the prior. Not in the paper. In place: theta, P."""
     for i in range(N):
         theta[i] = 0.0
         for k in range(N):
-            P[N * i + k] = prior(i, u_max) if i == k else 0.0
+            P[N * i + k] = prior_variance(i, u_max) if i == k else 0.0
 
 
 @kernel
-def prior(i: int, u_max: float) -> float:
+def prior_variance(i: int, u_max: float) -> float:
     """Variance of the number i of theta before anything is known. Not in the paper."""
     sd = PRIOR_SIGMA if i == 0 else PRIOR_TAU if i == 1 else u_max * (PRIOR_MU if i == 2 else PRIOR_BETA)
     return sd * sd
 
 
 @kernel
-def learn(now: Record, felt: tuple[float, float, float], w: float, rate: float, theta: Array, P: Array) -> None:
+def learn_stiffness(
+    now: Record, felt: tuple[float, float, float], w: float, rate: float, theta: Array, P: Array
+) -> None:
     """One tick of the least squares, of a, b and the sign of b. Not in the paper: see above. In place: theta, P."""
     a, b, sign = felt
     R = (SPREAD * now.u_max) ** 2 * APART / now.dt
@@ -130,4 +132,4 @@ def learn(now: Record, felt: tuple[float, float, float], w: float, rate: float, 
         for k in range(i + 1):
             k_k = k_0 if k == 0 else k_1 if k == 1 else k_2 if k == 2 else k_3
             kept = (1.0 - back) * (P[N * i + k] - k_i * k_k / whole)
-            P[N * i + k] = P[N * k + i] = kept + (back * prior(i, now.u_max) if i == k else 0.0)
+            P[N * i + k] = P[N * k + i] = kept + (back * prior_variance(i, now.u_max) if i == k else 0.0)

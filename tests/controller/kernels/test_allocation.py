@@ -24,7 +24,6 @@ from controller.kernels.compiled import OPTIONS
 from controller.kernels.control.adaptive import adaptive
 from controller.kernels.control.along import invert_along, refine_each
 from controller.kernels.control.inverse import invert
-from controller.kernels.control.preview import preview
 from controller.kernels.control.retime import fastest_progress
 from controller.kernels.control.task_space_pi import letter, paper
 from controller.kernels.control.tick import tick
@@ -102,7 +101,7 @@ def outermost() -> dict[str, tuple[Any, ...]]:
         "out_of_balance": (smap.statics.body, 0.0, 0.0, scratch),
         "lead_pose": (smap.statics.body, model.rest, (0.0, 0.0), (0.0, 0.0), scratch),
         "settle": (smap.statics.body, model.rest.copy(), np.zeros(10), np.zeros(10)),
-        **{law.__name__: shown() for law in (paper, letter, preview, adaptive)},
+        **{law.__name__: shown() for law in (paper, letter, adaptive)},
         "foresee_tip": (points, rig.observer, points.copy()),
         "move_torques": (points, 0.1, smap, scratch, points.copy()),
         "tips_of": (smap.statics, points, scratch, points.copy()),
@@ -137,7 +136,7 @@ def test_the_examples_reach_every_kernel() -> None:
         fastest_progress,
         invert,
     }
-    known |= {paper, letter, preview, adaptive, foresee_tip, move_torques}
+    known |= {paper, letter, adaptive, foresee_tip, move_torques}
     assert known | {lead_pose, out_of_balance, settle, tips_of, tip_angles_of} == {found[name] for name in outermost()}
     called = {inner for kernel in found.values() for inner in called_by(kernel)}
     assert {name for name, kernel in found.items() if kernel not in called} == outermost().keys()
@@ -156,7 +155,6 @@ def test_the_examples_reach_every_kernel() -> None:
         "invert",
         "tip_angles_of",
         "paper",
-        "preview",
         "adaptive",
         "foresee_tip",
         "move_torques",

@@ -43,7 +43,7 @@ DOORS = {
     "operate/procedure/procedure.py": ["hold_left", "request", "request", "request"],
     "rig/client.py": ["command", "faults", "faults", "plan", "stop"],
     "rig/twin_routes.py": ["inject"],
-    "runs/macros/routes.py": ["present"],
+    "runs/macros/routes.py": ["present", "present"],
     "runs/routes.py": ["present", "present", "present"],
     "runs/tracker.py": ["plan", "request", "request"],
 }

@@ -36,6 +36,8 @@ NEEDS = {
     ("DELETE", "/api/drawings/{name}"): LEASE,
     ("POST", "/api/run"): LEASE,
     ("POST", "/api/run/again"): LEASE,
+    ("POST", "/api/run/learn"): LEASE,
+    ("DELETE", "/api/learned/{key}"): LEASE,
     ("POST", "/api/run/pause"): LEASE,
     ("POST", "/api/run/resume"): LEASE,
     ("POST", "/api/run/stop"): LEASE,
