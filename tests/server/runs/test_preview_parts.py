@@ -129,7 +129,8 @@ def told(after_first: Callable[[], object]) -> tuple[list[PreviewPart], Watched]
 
 def begin_others() -> None:
     for number in range(planning.KEPT):
-        PLANNER.call(planning.begin_preview, f"other {number}", PreviewBody(reference="vu"), RIG, LIVE, REST)
+        asked = planning.Asked(PreviewBody(reference="vu"), RIG, LIVE, REST, planning.NOTHING)
+        PLANNER.call(planning.begin_preview, f"other {number}", asked)
 
 
 def kill() -> None:

@@ -115,7 +115,7 @@ def test_the_rig_itself_refuses_what_no_controller_of_it_takes() -> None:
     infos = tuple(one.info() for one in controllers())
     settings = with_controller(Settings(), "preview")
     assert mistuned(settings, infos) == mistuned(Settings(), infos) == ""
-    assert mistuned(settings.model_copy(update={"controller": 9}), infos) == "refused: controller = 9 is outside [0, 2]"
+    assert mistuned(settings.model_copy(update={"controller": 9}), infos) == "refused: controller = 9 is outside [0, 3]"
     wrong = settings.model_copy(update={"tuning": (0.3, 40.0, *settings.tuning[2:])})
     assert mistuned(wrong, infos) == "refused: preview: K_I = 40 is outside [0, 20] 1/s"
 
