@@ -23,7 +23,6 @@ def learn(page: Page, live: Live, body: dict[str, Any]) -> MacroState:
     """Its end."""
     answer = page.post("/api/run/learn", json=body)
     assert answer.status_code == 200, answer.text
-    live.texts.clear()
     return wait_for(lambda: (found := told(live)) and found.state != "running" and found, "the repeats")  # type: ignore[no-any-return]
 
 
@@ -67,7 +66,7 @@ def test_a_controller_without_a_plan_learns_nothing_and_the_page_hears_why(serve
         assert page.put("/api/controller", json={"name": "paper"}).status_code == 200
         end = learn(page, live, {**RING, "repeats": 2})
         assert end.state != "done"
-        assert "controller paper follows no planned torques; preview does" in end.reason
+        assert "controller paper follows no planned torques" in end.reason and "preview" in end.reason
 
 
 def test_a_repeat_that_is_stopped_ends_the_series_and_teaches_nothing(server: TestServer) -> None:
