@@ -21,8 +21,9 @@ AFTER_S = 2.0
 def with_learned(leg: Leg, order: Order, lessons: Lessons) -> Leg:
     """`leg` with its plan, as the order's `learning` has it. Raises ParameterError where nothing can be learned."""
     rig, settings, learning = order.rig, order.settings, order.learning
-    if not controllers()[settings.controller].plans:
-        require_none(learning, controllers()[settings.controller].name)
+    chosen = controllers()[settings.controller]
+    if not chosen.plans:
+        require_none(learning, chosen.name)
         return leg
     if learning == "off":
         return with_plan(leg, rig, settings)
@@ -59,8 +60,6 @@ def with_plan(leg: Leg, rig: RigParameters, settings: Settings, correction: Arra
 
     `correction` (m,2) [m] is added to the rows that are planned for.
     """
-    if not controllers()[settings.controller].plans:
-        return leg
     n, lap = len(leg.p), len(leg.p) - leg.again
     row = leg.row(np.arange(ticks_ahead(leg, rig.controller.dt)))
     asked = leg.p[row] if correction is None else leg.p[row] + correction[: len(row)]

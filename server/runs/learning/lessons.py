@@ -1,16 +1,15 @@
 """What was learned of each path, in files of the server's state; the planner's process alone reads and writes them.
 
 A path, an arm, a controller and its gains that are not the same to the last bit are another file: nothing that was
-learned with others is ever used. Of more than KEPT files the one that was used longest ago goes.
+learned with others is ever used. Of more than KEPT files the one that was kept longest ago goes.
 """
 
 import hashlib
 import io
 import json
 import logging
-import math
 import zlib
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -24,8 +23,11 @@ from server.runs.lap import Lap, Order
 from server.runs.learning.seen import AGE, P_MEAS, Repeat
 
 KEPT = 200
+"""Files at most."""
 GAINS = ("controller", "tuning", "law", "sensed", "K_P", "K_I", "K_FF", "K_o", "B_o")
 """Settings with which feedback is another."""
+NUMBERS = ("bound", "cutoff", "cutoff_least", "rmse", "repeats")
+"""Of a lesson, beside its rows."""
 
 log = logging.getLogger(__name__)
 
@@ -131,11 +133,8 @@ def _rows(lesson: Lesson) -> Array:
 
 
 def _numbers(lesson: Lesson) -> dict[str, float]:
-    known = {name: value for name, value in asdict(lesson).items() if isinstance(value, float | int)}
-    return known | {"rmse": known["rmse"] if math.isfinite(known["rmse"]) else -1.0}
+    return {name: getattr(lesson, name) for name in NUMBERS}
 
 
 def _lesson(rows: Array, known: dict[str, float]) -> Lesson:
-    p_next, best, left = rows.astype(float)
-    rmse = known["rmse"] if known["rmse"] >= 0.0 else math.inf
-    return Lesson(**(known | {"next": p_next, "best": best, "left": left, "rmse": rmse}))
+    return Lesson(*rows.astype(float), **known)  # type: ignore[arg-type]
